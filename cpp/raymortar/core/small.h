@@ -197,13 +197,21 @@ template <int N>
     to[n] += factor * from[n];
 }
 
+/// @brief Add a number to the diagonal of a matrix.
+template <int D>
+[[gnu::always_inline]] inline void add_to_diagonal(Mat<D, D>& to, double number)
+{
+  for (int i = 0; i < D; ++i)
+    to.data()[i + i * D] += number;
+}
+
 /// @brief Set a column of a matrix.
 template <int M, int N>
 [[gnu::always_inline]] inline void set_column(Mat<M, N>& to, int j,
-                                              const Vec<M>& column)
+                                              const Vec<M>& values)
 {
   for (int i = 0; i < M; ++i)
-    to.data()[i + j * M] = column.data()[i];
+    to.data()[i + j * M] = values.data()[i];
 }
 
 /// @brief A column of a matrix, by value.

@@ -36,15 +36,15 @@ public:
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
         this->add_turn(Side::slave,
-                       arm * dual_tangents<D>(p.slave).transpose() *
-                           p.turning(p.response.t),
+                       arm * (dual_tangents<D>(p.slave).transpose() *
+                              p.turning(p.response.t)),
                        p.slave.n, at);
     if (p.has_foot() and at.has_target())
     {
       const Frame<D>& target = e.master_frames.now;
       this->add_turn(Side::target,
-                     arm * p.pressure() * dual_tangents<D>(target).transpose() *
-                         p.slave.n,
+                     arm * p.pressure() *
+                         (dual_tangents<D>(target).transpose() * p.slave.n),
                      target.n, at);
     }
     if constexpr (has_condition)
@@ -111,7 +111,7 @@ protected:
       return;
     for (int j = 0; j < T; ++j)
       rows.slave[static_cast<std::size_t>(1 + j)] +=
-          f * dual.col(j).transpose();
+          f * column(dual, j).transpose();
     if constexpr (D == 2)
       if (revolves(e.measure))
         rows.slave[0].col(0) += f / p.slave.x[0];
@@ -128,7 +128,8 @@ protected:
     eta.target[0] = -rho;
     for (std::size_t j = 1; j < D; ++j)
     {
-      eta.slave[j] = -turn.col(static_cast<int>(j) - 1) * p.slave.n.transpose();
+      eta.slave[j] =
+          -column(turn, static_cast<int>(j) - 1) * p.slave.n.transpose();
       eta.target[j].setZero();
     }
     return eta;
@@ -154,7 +155,7 @@ private:
       dt.slave[0].setZero();
       for (int j = 0; j < T; ++j)
       {
-        const Vec<D> turned = p.response.t_n * by.dual.col(j);
+        const Vec<D> turned = p.response.t_n * column(by.dual, j);
         dt.slave[static_cast<std::size_t>(1 + j)] =
             -turned * p.slave.n.transpose();
       }
@@ -241,9 +242,9 @@ private:
     expand<T, D>(at, couple, TargetPart::all, rows);
     if constexpr (M > 0)
       for (int j = 0; j < T; ++j)
-        set_multiplier_row(rows, j, p.g * p.turning(by.dual.col(j)), at);
+        set_multiplier_row(rows, j, p.g * p.turning(column(by.dual, j)), at);
     this->add_turn_rows(Side::slave, p.weight, p.slave.n, rows,
-                        -p.g * by.dual.transpose() * t, by.dual, at);
+                        -p.g * (by.dual.transpose() * t), by.dual, at);
   }
 
   /// Derivative of p g n . d(nu), by which the pressure p acts on the target at
@@ -266,7 +267,7 @@ private:
     }
     for (int j = 0; j < T; ++j)
       foot.slave[static_cast<std::size_t>(1 + j)] -=
-          arm * dual.transpose() * by.dual.col(j) * n.transpose();
+          arm * (dual.transpose() * column(by.dual, j)) * n.transpose();
     const auto turned = turned_by<D>(dual, n_m, arm * n);
     add_turned(turned, foot.target);
     const TaylorRows<T, D> eta = vary_eta(p, by);

@@ -1,5 +1,6 @@
-#include "raymortar/element/assembler_impl.h"
 #include "raymortar/element/general_assembler.h"
+#include "raymortar/element/typed_assembler.h"
+#include "raymortar/geometry/dispatch.h"
 
 namespace raymortar
 {
@@ -9,15 +10,7 @@ std::unique_ptr<Assembler> make_assembler(const ContactState& s)
       s.slave.degree != s.slave.node_degree or s.frame == LawFrame::master or
       s.has_law_at_nodes())
     return make_general_assembler(s);
-  switch (s.slave.shape)
-  {
-  case Shape::interval:
-    return interval_assembler(s);
-  case Shape::triangle:
-    return triangle_assembler(s);
-  case Shape::quadrilateral:
-    return quadrilateral_assembler(s);
-  }
-  throw Error("unknown facet shape");
+  return with_geometry(s.slave,
+                       [&s]<class F>(F) { return assembler_for<F>(s); });
 }
 } // namespace raymortar

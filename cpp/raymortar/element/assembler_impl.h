@@ -1,9 +1,10 @@
-// Element loops for one facet type; instantiated once per shape.
+// Element loops for one facet type; units assembler_*.cpp instantiate them.
 #pragma once
 
 #include "raymortar/element/choose_law.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/element/moving_segments.h"
+#include "raymortar/element/typed_assembler.h"
 #include "raymortar/geometry/predicates.h"
 
 namespace raymortar
@@ -232,10 +233,8 @@ private:
   }
 };
 
-/// @brief Assembler for facet type F and the law of `s`. The multiplier's
-/// degree is 1, or 2 on quadratic intervals.
 template <class F>
-[[nodiscard]] std::unique_ptr<Assembler> assembler_for(const ContactState& s)
+std::unique_ptr<Assembler> assembler_for(const ContactState& s)
 {
   const int degree = s.multipliers.degree;
   return with_law(
@@ -257,21 +256,5 @@ template <class F>
                       ": 2D takes up to the displacement's degree, 3D takes 1");
         }
       });
-}
-
-/// @brief One translation unit per shape keeps the build parallel and small.
-[[nodiscard]] std::unique_ptr<Assembler>
-interval_assembler(const ContactState& s);
-[[nodiscard]] std::unique_ptr<Assembler>
-triangle_assembler(const ContactState& s);
-[[nodiscard]] std::unique_ptr<Assembler>
-quadrilateral_assembler(const ContactState& s);
-
-template <Shape S>
-[[nodiscard]] std::unique_ptr<Assembler>
-assembler_of_shape(const ContactState& s)
-{
-  return s.slave.degree == 2 ? assembler_for<FacetType<S, 2, 2>>(s)
-                             : assembler_for<FacetType<S, 1, 1>>(s);
 }
 } // namespace raymortar

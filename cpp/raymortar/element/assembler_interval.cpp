@@ -2,8 +2,8 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> interval_assembler(const ContactState& s)
-{
-  return assembler_of_shape<Shape::interval>(s);
-}
+template std::unique_ptr<Assembler>
+assembler_for<FacetType<Shape::interval, 1, 1>>(const ContactState&);
+template std::unique_ptr<Assembler>
+assembler_for<FacetType<Shape::interval, 2, 2>>(const ContactState&);
 } // namespace raymortar

@@ -2,8 +2,6 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> quadrilateral_assembler(const ContactState& s)
-{
-  return assembler_of_shape<Shape::quadrilateral>(s);
-}
+template std::unique_ptr<Assembler>
+assembler_for<FacetType<Shape::quadrilateral, 1, 1>>(const ContactState&);
 } // namespace raymortar

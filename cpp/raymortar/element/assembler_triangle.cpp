@@ -2,8 +2,8 @@
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> triangle_assembler(const ContactState& s)
-{
-  return assembler_of_shape<Shape::triangle>(s);
-}
+template std::unique_ptr<Assembler>
+assembler_for<FacetType<Shape::triangle, 1, 1>>(const ContactState&);
+template std::unique_ptr<Assembler>
+assembler_for<FacetType<Shape::triangle, 2, 2>>(const ContactState&);
 } // namespace raymortar

@@ -18,6 +18,12 @@ namespace raymortar
     const ContactState& s,
     std::shared_ptr<const FacetTractions> tractions = nullptr);
 
+/// @brief The same in dimension D, which has a unit of its own.
+template <int D>
+[[nodiscard]] std::unique_ptr<Assembler>
+general_assembler_in(const ContactState& s,
+                     const std::shared_ptr<const FacetTractions>& tractions);
+
 /// @brief Slip T_n w of (2) at the points of a contact without friction, which
 /// otherwise does not need it, (points, gdim). Length.
 [[nodiscard]] std::vector<double> slips_without_friction(ContactState s);

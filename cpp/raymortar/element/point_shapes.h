@@ -54,7 +54,7 @@ struct PointShapes
   {
     return target[static_cast<std::size_t>(node)][0];
   }
-  [[nodiscard]] Eigen::Map<const Vec<T>> slave_gradient(int node) const
+  [[nodiscard]] Vec<T> slave_gradient(int node) const
   {
     return Eigen::Map<const Vec<T>>(
         slave[static_cast<std::size_t>(node)].data() + 1);
@@ -78,7 +78,7 @@ struct PointShapes
         second(i, j) = N[i + j];
     return second;
   }
-  [[nodiscard]] Eigen::Map<const Vec<T>> target_gradient(int node) const
+  [[nodiscard]] Vec<T> target_gradient(int node) const
   {
     return Eigen::Map<const Vec<T>>(
         target[static_cast<std::size_t>(node)].data() + 1);

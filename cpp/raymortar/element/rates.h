@@ -314,8 +314,10 @@ public:
                 _at.template along<1>(_e.history.coefficient.transpose());
       else
         for (int j = 0; j < T; ++j)
-          rows.col(j) +=
-              _q.bound.s_xi[static_cast<std::size_t>(j)] * law.by_coefficient;
+          set_column(rows, j,
+                     column(rows, j) +
+                         _q.bound.s_xi[static_cast<std::size_t>(j)] *
+                             law.by_coefficient);
     }
     rows += by_log_gamma * _log_gamma;
     if constexpr (M > 0)

@@ -35,11 +35,11 @@ struct Spin<3>
   void set(const TwoFrames<3>& slave, const TwoFrames<3>& master)
   {
     n = slave.now.n;
-    const Vec<3> t_2 = slave.old.jacobian * slave.old_dual.col(1);
+    const Vec<3> t_2 = slave.old.jacobian * column(slave.old_dual, 1);
     across = slave.old_dual.transpose() * t_2;
-    of_slave = slave.now.t.col(0) - cross(n, slave.now.t * across);
-    first =
-        convect<3>(master.old, master.old_dual, master.now, slave.old.t.col(0));
+    of_slave = column(slave.now.t, 0) - cross(n, slave.now.t * across);
+    first = convect<3>(master.old, master.old_dual, master.now,
+                       column(slave.old.t, 0));
     second = convect<3>(master.old, master.old_dual, master.now, t_2);
     of_master = first.value - cross(n, second.value);
     const double along = of_master.dot(of_slave);
@@ -89,7 +89,7 @@ struct SpinSlopes<3>
   {
     const Vec<3>& n = spin.n;
     by_slide = spin.sine * cross_matrix(n);
-    by_slide.diagonal().array() += spin.cosine;
+    add_to_diagonal(by_slide, spin.cosine);
     by_angle = 0.5 * (spin.cosine * n.cross(slide) - spin.sine * slide);
     const Vec<3> beside = n.cross(spin.of_master);
     const double own = 1.0 / spin.of_slave.squaredNorm();
@@ -152,16 +152,16 @@ angle_along_facet(const Spin<3>& spin, const SpinSlopes<3>& by,
                   const BentFrame<3>& now, const Mat<3, 3>& carry)
 {
   Mat<1, 2> rate;
-  const Vec<3> t_1 = old.frame.t.col(0);
+  const Vec<3> t_1 = column(old.frame.t, 0);
   for (int j = 0; j < 2; ++j)
   {
     const auto k = static_cast<std::size_t>(j);
-    const Vec<3> dt_1 = old.bend.t[k].col(0);
+    const Vec<3> dt_1 = column(old.bend.t[k], 0);
     const Vec<3> dt_2 =
-        cross(old.bend.n.col(j), t_1) + cross(old.frame.n, dt_1);
+        cross(column(old.bend.n, j), t_1) + cross(old.frame.n, dt_1);
     const Vec<2> dacross =
         old_dual.transpose() * (dt_2 - old.bend.t[k] * spin.across);
-    rate[j] = by.by_first_now.dot(now.bend.t[k].col(0)) +
+    rate[j] = by.by_first_now.dot(column(now.bend.t[k], 0)) +
               by.by_second_now.dot(now.bend.t[k] * spin.across +
                                    now.frame.t * dacross) +
               by.by_first.dot(carry * dt_1) + by.by_second.dot(carry * dt_2);

@@ -1,9 +1,7 @@
 #include "raymortar/element/springs.h"
-#include "raymortar/element/element_point.h"
 #include "raymortar/element/extension.h"
 #include "raymortar/element/target.h"
 #include "raymortar/element/turned_traction.h"
-#include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/predicates.h"
 #include "raymortar/law/cone.h"
 
@@ -16,22 +14,23 @@ namespace
 constexpr int corrections = 20;
 constexpr double settled = 1e-13;
 
-/// Nodal field of one facet
-template <class F>
-using Nodal = Mat<F::gdim, F::dofs>;
-
-template <class F>
+template <int D>
 class Springs
 {
-  static constexpr int D = F::gdim;
-  static constexpr std::size_t width = static_cast<std::size_t>(F::dofs) * D;
+  static constexpr int T = D - 1;
+  /// Nodal field of one facet
+  using Nodal = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9>;
+  /// Shape functions of the displacement
+  using Shapes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
 
 public:
   Springs(const ContactState& state, const PointResults& results)
       : _state(state), _results(results),
-        _part(facets(), Mat<F::dofs, F::dofs>::Zero()),
-        _load(facets(), Nodal<F>::Zero()), _known(facets()),
-        _slips(facets(), false), _field(facets() * width, 0.0)
+        _shapes(state.slave.shape, state.slave.degree),
+        _width(static_cast<std::size_t>(_shapes.nodes()) * D),
+        _part(facets(), FacetMatrix::Zero(_shapes.nodes(), _shapes.nodes())),
+        _load(facets(), Nodal::Zero(D, _shapes.nodes())), _known(facets()),
+        _slips(facets(), false), _field(facets() * _width, 0.0)
   {
   }
 
@@ -62,9 +61,49 @@ private:
         call(q, static_cast<std::size_t>(_state.points.slave[q]));
   }
 
-  [[nodiscard]] Eigen::Map<Nodal<F>> field(std::size_t f)
+  [[nodiscard]] Eigen::Map<Nodal> field(std::size_t f)
   {
-    return Eigen::Map<Nodal<F>>(_field.data() + f * width);
+    return Eigen::Map<Nodal>(_field.data() + f * _width, D, _shapes.nodes());
+  }
+
+  /// Shape functions at a point
+  [[nodiscard]] Shapes shapes_at(std::size_t q) const
+  {
+    ShapeRows<T> rows;
+    _shapes.first(_state.points.xi[q].template head<T>(), rows);
+    Shapes N(_shapes.nodes());
+    for (int a = 0; a < _shapes.nodes(); ++a)
+      N[a] = rows[static_cast<std::size_t>(a)][0];
+    return N;
+  }
+
+  /// Value of a vector at a point, from its nodal values
+  [[nodiscard]] Vec<D> field_at(std::size_t f, const Shapes& N)
+  {
+    return field(f).lazyProduct(N);
+  }
+
+  /// Value of a scalar field on a facet
+  [[nodiscard]] double value(const FacetField& of, Index facet,
+                             const Shapes& N) const
+  {
+    double sum = 0.0;
+    const auto first = static_cast<Eigen::Index>(facet) * N.size();
+    for (Eigen::Index a = 0; a < N.size() and not of.empty(); ++a)
+      sum += N[a] * of.nodal[static_cast<std::size_t>(first + a)];
+    return sum;
+  }
+
+  /// Frame of a slave facet at some positions
+  [[nodiscard]] Frame<D> frame(const std::vector<double>& positions,
+                               Index facet, const Vec<2>& xi) const
+  {
+    const auto taylor = AnyFacet<D>(_state.slave, positions, facet).taylor(xi);
+    Frame<D> f;
+    f.x = taylor.col(0);
+    f.t = taylor.template middleCols<T>(1);
+    set_normal(f);
+    return f;
   }
 
   /// The rotation of the surface at each node, of all of the vector: what it
@@ -73,22 +112,22 @@ private:
   {
     if (_state.traction_old.empty())
       return;
+    const Surface& slave = _state.slave;
+    const std::vector<Vec<2>> places = node_places(slave.shape, slave.degree);
     for (std::size_t f = 0; f < facets(); ++f)
-    {
-      const auto facet = static_cast<Index>(f);
-      const auto was = _state.slave.nodes<F>(_state.slave.x_old, facet);
-      const auto is = _state.slave.nodes<F>(_state.slave.x, facet);
-      const Nodal<F> old = _state.traction_old.nodes<F, D>(facet);
-      for (int a = 0; a < F::dofs; ++a)
+      for (std::size_t a = 0; a < places.size(); ++a)
       {
-        const auto xi = Eigen::Map<const typename F::RefPoint>(
-            F::Disp::points[static_cast<std::size_t>(a)].data());
-        const Frame<D> before = frame_at<F>(was, xi), now = frame_at<F>(is, xi);
-        field(f).col(a) = carry_traction<D>(before, dual_tangents<D>(before),
-                                            now, old.col(a), true)
-                              .value();
+        const auto facet = static_cast<Index>(f);
+        const Frame<D> before = frame(slave.x_old, facet, places[a]);
+        const std::size_t at = f * _width + a * D;
+        Eigen::Map<Vec<D>>(_field.data() + at) =
+            carry_traction<D>(
+                before, dual_tangents<D>(before),
+                frame(slave.x, facet, places[a]),
+                Eigen::Map<const Vec<D>>(_state.traction_old.nodal.data() + at),
+                true)
+                .value();
       }
-    }
   }
 
   [[nodiscard]] Vec<D> vector(const std::vector<double>& values,
@@ -104,14 +143,14 @@ private:
   }
 
   /// Coefficient of the law at a point
-  [[nodiscard]] double gamma_at(std::size_t q, const Vec<F::dofs>& N) const
+  [[nodiscard]] double gamma_at(std::size_t q, const Shapes& N) const
   {
     const Index slave = _state.points.slave[q], master = _state.hits.master[q];
     if (_state.has_tools())
-      return _state.gamma.at<F>(slave, N);
+      return value(_state.gamma, slave, N);
     return _state.pair_factors.of(_state.slave.body_of(slave),
                                   _state.master.body_of(master)) *
-           _state.gamma.at<F>(slave, N);
+           value(_state.gamma, slave, N);
   }
 
   /// Multiplier at a point; zero where there is none
@@ -128,29 +167,28 @@ private:
   }
 
   /// Friction law at a point
-  [[nodiscard]] FrictionLaw law_at(std::size_t q, const Vec<F::dofs>& N) const
+  [[nodiscard]] FrictionLaw law_at(std::size_t q, const Shapes& N) const
   {
     if (not _state.friction_bounds.empty())
       return _state.friction_bounds[q];
     if (_state.friction_coefficient.empty())
       return *_state.friction;
-    return with_coefficient(*_state.friction, _state.friction_coefficient.at<F>(
-                                                  _state.points.slave[q], N));
+    return with_coefficient(*_state.friction, value(_state.friction_coefficient,
+                                                    _state.points.slave[q], N));
   }
 
   /// Bound of friction at the accepted step, with its gap along the old normal
   /// of the law's frame
-  [[nodiscard]] double old_bound(std::size_t q, const Vec<F::dofs>& N,
+  [[nodiscard]] double old_bound(std::size_t q, const Shapes& N,
                                  double gamma) const
   {
     const Surface& slave = _state.slave;
     const Index facet = _state.points.slave[q];
-    const auto at = element_point<F>(_state, q);
-    const Frame<D> old = frame_at<F>(slave.nodes<F>(slave.x_old, facet), at.xi);
+    const Frame<D> old = frame(slave.x_old, facet, _state.points.xi[q]);
     const OldTarget<D> target = old_target<D>(_state, q, vector(_results.x, q),
                                               vector(_results.normal, q));
     const Vec<D> n = _state.has_frame_of_target(q) ? Vec<D>(-target.n) : old.n;
-    const double g = n.dot(target.x - old.x) + _state.offset.at<F>(facet, N);
+    const double g = n.dot(target.x - old.x) + value(_state.offset, facet, N);
     const double p =
         vector(_results.contact_normal, q).dot(multiplier(q)) + gamma * g;
     return bound_at(law_at(q, N), p).s;
@@ -160,11 +198,10 @@ private:
   void add_change(std::size_t q)
   {
     const auto f = static_cast<std::size_t>(_state.points.slave[q]);
-    const Vec<F::dofs> N =
-        F::Disp::values(_state.points.xi[q].template head<F::tdim>());
+    const Shapes N = shapes_at(q);
     const double gamma = gamma_at(q, N);
     const double unit = has_multiplier() ? gamma : 1.0;
-    const Vec<D> start = tangential(multiplier(q) + unit * (field(f) * N), q);
+    const Vec<D> start = tangential(multiplier(q) + unit * field_at(f, N), q);
     const Vec<D> end = vector(_results.friction, q);
     Vec<D> change = end - start;
     if (_results.status[q] == ContactStatus::slip)
@@ -172,16 +209,20 @@ private:
       change += excess(q, N, gamma, start, end);
       _slips[f] = has_multiplier();
     }
-    _part[f] += _results.weight[q] * N * N.transpose();
-    _load[f] += _results.weight[q] / unit * change * N.transpose();
+    _part[f] += (_results.weight[q] * N).lazyProduct(N.transpose());
+    add_to_load(f, _results.weight[q] / unit * change, N);
+  }
+
+  void add_to_load(std::size_t f, const Vec<D>& change, const Shapes& N)
+  {
+    _load[f] += change.lazyProduct(N.transpose());
   }
 
   /// A polynomial may exceed the bound at single points by its own error. The
   /// law cuts that off wherever it is evaluated; the field has to keep it, or
   /// it would get smaller with every step at rest. Slip uses it up
-  [[nodiscard]] Vec<D> excess(std::size_t q, const Vec<F::dofs>& N,
-                              double gamma, const Vec<D>& start,
-                              const Vec<D>& end) const
+  [[nodiscard]] Vec<D> excess(std::size_t q, const Shapes& N, double gamma,
+                              const Vec<D>& start, const Vec<D>& end) const
   {
     const double length = start.norm() -
                           std::max(end.norm(), old_bound(q, N, gamma)) -
@@ -198,14 +239,16 @@ private:
       field(f).setZero();
       return;
     }
-    _known[f] = polynomials_on_part<F>(_part[f]);
+    _known[f] =
+        polynomials_on_part(_state.slave.shape, _state.slave.degree, _part[f]);
     add_load(f);
   }
 
   /// Add the polynomial of the load, and take the load away
   void add_load(std::size_t f)
   {
-    field(f) += _load[f] * _known[f] * _known[f].transpose();
+    const Nodal told = _load[f].lazyProduct(_known[f]);
+    field(f) += told.lazyProduct(_known[f].transpose());
     _load[f].setZero();
   }
 
@@ -225,7 +268,7 @@ private:
     for (std::size_t f = 0; f < facets(); ++f)
       if (_slips[f])
       {
-        const Nodal<F> was = field(f);
+        const Nodal was = field(f);
         add_load(f);
         _slips[f] = (field(f) - was).norm() > settled * field(f).norm();
         again = again or _slips[f];
@@ -237,26 +280,29 @@ private:
   {
     const Index facet = _state.points.slave[q];
     const auto f = static_cast<std::size_t>(facet);
-    const Vec<F::dofs> N =
-        F::Disp::values(_state.points.xi[q].template head<F::tdim>());
+    const Shapes N = shapes_at(q);
     const double gamma = gamma_at(q, N);
     const double unit = has_multiplier() ? gamma : 1.0;
     const double touch =
         tolerance::touch *
-        diameter<F>(_state.slave.nodes<F>(_state.slave.x, facet));
+        AnyFacet<D>(_state.slave, _state.slave.x, facet).diameter();
     const auto at_rest = project_tangential<D>(
         vector(_results.contact_normal, q),
-        multiplier(q) + unit * (field(f) * N),
+        multiplier(q) + unit * field_at(f, N),
         bound_at(law_at(q, N), _results.pressure[q]).s, gamma * touch);
-    _load[f] += _results.weight[q] / unit *
-                (vector(_results.friction, q) - at_rest.value) * N.transpose();
+    add_to_load(f,
+                _results.weight[q] / unit *
+                    (vector(_results.friction, q) - at_rest.value),
+                N);
   }
 
   const ContactState& _state;
   const PointResults& _results;
-  std::vector<Mat<F::dofs, F::dofs>> _part; ///< mass of the closed points
-  std::vector<Nodal<F>> _load;              ///< integrals of the change
-  std::vector<Eigen::MatrixXd> _known; ///< polynomials of the closed points
+  ShapeFunctions<T> _shapes;       ///< of the displacement
+  std::size_t _width;              ///< numbers of a nodal field, per facet
+  std::vector<FacetMatrix> _part;  ///< mass of the closed points
+  std::vector<Nodal> _load;        ///< integrals of the change
+  std::vector<FacetMatrix> _known; ///< polynomials of the closed points
   std::vector<bool> _slips; ///< facets with slip that are still corrected
   std::vector<double> _field;
 };
@@ -265,7 +311,7 @@ private:
 std::vector<double> accepted_springs(const ContactState& state,
                                      const PointResults& results)
 {
-  return with_facet_type(state.slave, [&]<class F>(F)
-                         { return Springs<F>(state, results).accepted(); });
+  return state.slave.gdim == 2 ? Springs<2>(state, results).accepted()
+                               : Springs<3>(state, results).accepted();
 }
 } // namespace raymortar

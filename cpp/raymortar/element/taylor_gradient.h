@@ -218,7 +218,7 @@ private:
     Mat<T, T> foot_xi =
         area * share *
             (p.g * p_xi + p.pressure() * ray_along(p, slopes, along)) +
-        arm * dual.transpose() * along.bend.n;
+        dual.transpose() * (arm * along.bend.n);
     if (e.master_bends)
       foot_xi +=
           along_facet<D>(turned_by<D>(dual, n_m, arm * n), e.master) * eta_xi;
@@ -250,7 +250,8 @@ private:
                                            const HitSlopes<F, L, Law>& slopes,
                                            const Place& along)
   {
-    return -slopes.vary.dual.row(D - 1) * (p.slave.t + p.g * along.bend.n);
+    const Mat<1, D> along_ray = slopes.vary.dual.row(D - 1);
+    return -(along_ray * (p.slave.t + p.g * along.bend.n));
   }
 
   /// - t . g dn  [theory (4.21)]
@@ -265,8 +266,10 @@ private:
     const Mat<1, T> g_xi = ray_along(p, slopes, along);
     Mat<D, T> change = t_xi - n.dot(t) * along.bend.n;
     for (int j = 0; j < T; ++j)
-      change.col(j) -= along.bend.t[static_cast<std::size_t>(j)] * by_gradient;
-    const Mat<T, T> rates = p.g * slopes.dual.transpose() * change;
+      set_column(change, j,
+                 column(change, j) -
+                     along.bend.t[static_cast<std::size_t>(j)] * by_gradient);
+    const Mat<T, T> rates = slopes.dual.transpose() * (p.g * change);
     for (int a = 0; a < at.slave_nodes; ++a)
     {
       const auto& N = at.slave[static_cast<std::size_t>(a)];

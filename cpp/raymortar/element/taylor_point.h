@@ -151,7 +151,7 @@ public:
     rows.target[0] = by_ends;
     for (int j = 0; j < T; ++j)
     {
-      const Vec<R> turned = by_turn * _at.dual.col(j);
+      const Vec<R> turned = by_turn * column(_at.dual, j);
       slave(rows, j) = -turned * _p.slave.n.transpose();
       target(rows, j).setZero();
     }
@@ -166,7 +166,7 @@ public:
       return;
     for (int j = 0; j < T; ++j)
     {
-      const Vec<R> turned = by_n * _at.frame.dual.col(j);
+      const Vec<R> turned = by_n * column(_at.frame.dual, j);
       target(rows, j) += turned * _at.frame.n.transpose();
     }
   }
@@ -191,7 +191,7 @@ public:
     if (c.whole)
       for (int j = 0; j < T; ++j)
         slave(rows, j) -=
-            (c.outward * by_spring * _at.dual.col(j)).eval() * n.transpose();
+            (c.outward * by_spring * column(_at.dual, j)) * n.transpose();
     if (c.squared == 0.0)
       return;
     const Mat<R, D> by_along = by_spring * c.by_direction();
@@ -204,7 +204,7 @@ public:
           by_along * cross_matrix(Vec<D>(_p.slave.t * c.across));
       for (int j = 0; j < T; ++j)
       {
-        const Vec<R> turn = by_n * _at.dual.col(j);
+        const Vec<R> turn = by_n * column(_at.dual, j);
         slave(rows, j) -= c.across[j] * by_across + turn * n.transpose();
       }
     }
@@ -234,9 +234,10 @@ private:
                      Rows<R>& rows) const
   {
     const Vec<D>& n = _p.old.master.now.n;
-    const Mat<R, T> by_n = by_value * _at.slip.dual * c.across;
+    const Mat<R, T> by_n = c.across * (by_value * _at.slip.dual);
     for (int j = 0; j < T; ++j)
-      target(rows, j) += c.along[j] * by_value - by_n.col(j) * n.transpose();
+      target(rows, j) +=
+          c.along[j] * by_value - column(by_n, j) * n.transpose();
   }
 
   /// See vary_angle

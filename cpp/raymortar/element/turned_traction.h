@@ -56,8 +56,8 @@ struct TurnedTraction
   [[nodiscard]] Mat<D, D> by_direction() const
   {
     Mat<D, D> m =
-        -scale / direction.squaredNorm() * direction * direction.transpose();
-    m.diagonal().array() += scale;
+        (-scale / direction.squaredNorm() * direction) * direction.transpose();
+    add_to_diagonal(m, scale);
     return m;
   }
 };
@@ -171,8 +171,8 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
   {
     const auto k = static_cast<std::size_t>(j);
     const Mat<D, D - 1>&dt_0 = old.bend.t[k], &dt = now.bend.t[k];
-    const Vec<D> dn_0 = old.bend.n.col(j), dn = now.bend.n.col(j);
-    const Vec<D> dtraction = traction_xi.col(j);
+    const Vec<D> dn_0 = column(old.bend.n, j), dn = column(now.bend.n, j);
+    const Vec<D> dtraction = column(traction_xi, j);
     Vec<D> dv = dtraction - n_0.dot(dtraction) * n_0;
     if constexpr (not Flat)
       dv -= normal * dn_0 + dn_0.dot(traction) * n_0;
@@ -197,7 +197,9 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
       }
       ddirection -= cross(now.frame.n, dturned);
     }
-    rate.col(j) += v.dot(dv) * by_length + by_direction * ddirection;
+    set_column(rate, j,
+               column(rate, j) + v.dot(dv) * by_length +
+                   by_direction * ddirection);
   }
   return rate;
 }

@@ -66,7 +66,8 @@ turned_by(const Mat<D, D - 1>& dual, const Vec<D>& n, const Vec<D>& f)
   std::array<Mat<D - 1, D>, static_cast<std::size_t>(D - 1)> rows;
   for (int j = 0; j < D - 1; ++j)
     rows[static_cast<std::size_t>(j)] =
-        f.dot(n) * metric.col(j) * n.transpose() - along[j] * dual.transpose();
+        f.dot(n) * column(metric, j) * n.transpose() -
+        along[j] * Mat<D - 1, D>(dual.transpose());
   return rows;
 }
 
@@ -80,8 +81,9 @@ template <int D, class Taylor>
   Mat<D - 1, D - 1> rates = Mat<D - 1, D - 1>::Zero();
   for (int j = 0; j < D - 1; ++j)
     for (int k = 0; k < D - 1; ++k)
-      rates.col(k) +=
-          turned[static_cast<std::size_t>(j)] * taylor.col(D + j + k);
+      set_column(rates, k,
+                 column(rates, k) + turned[static_cast<std::size_t>(j)] *
+                                        Vec<D>(taylor.col(D + j + k)));
   return rates;
 }
 } // namespace raymortar

@@ -101,8 +101,8 @@ curvature_at(const typename F::NodeMatrix& nodes, const NodeBends<F>& bends,
   {
     Mat<F::gdim, T>& dt = c.t[j];
     for (int i = 0; i < T; ++i)
-      dt.col(i) = second.col(i + j);
-    c.n.col(j) = -dual * (dt.transpose() * frame.n);
+      set_column(dt, i, column(second, i + j));
+    set_column(c.n, j, dual * -(dt.transpose() * frame.n));
     c.log_jacobian[j] = dual.cwiseProduct(dt).sum();
   }
   return c;

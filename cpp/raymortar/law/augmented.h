@@ -70,7 +70,7 @@ struct VectorAugmentedLagrangian
     {
       r.C_lam += s.n * s.n.transpose();
       r.C_n = s.n * s.lam.transpose();
-      r.C_n.diagonal().array() += r.p;
+      add_to_diagonal(r.C_n, r.p);
       r.C_g = s.gamma * s.n;
     }
     return r;

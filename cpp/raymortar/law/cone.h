@@ -71,7 +71,7 @@ slopes_of(const DiscProjection<D>& on_disc, const Vec<D>& n, const Vec<D>& z)
   const Vec<D>& along = on_disc.along;
   const double less = on_disc.shrink + on_disc.slope;
   Mat<D, D> A = -less * along * along.transpose();
-  A.diagonal().array() += on_disc.shrink;
+  add_to_diagonal(A, on_disc.shrink);
   const Vec<D> A_n = A * n;
   r.by_z = A - A_n * n.transpose();
   r.by_n = -on_disc.z_n * A - A_n * z.transpose();

@@ -148,7 +148,7 @@ private:
     const Vec<D> by_p = s.n + bound.s_p * f.by_s;
     r.C_lam += by_p * s.n.transpose() + f.by_z;
     r.C_n = by_p * s.lam.transpose() + f.by_n;
-    r.C_n.diagonal().array() += r.p;
+    add_to_diagonal(r.C_n, r.p);
     r.C_g = s.gamma * by_p;
     r.C_w = -s.gamma * f.by_z;
     r.C_spring = f.by_z;
@@ -200,7 +200,7 @@ private:
   {
     r.t_g = s.gamma * (s.n + bound.s_p * f.by_s);
     r.t_n = f.by_n;
-    r.t_n.diagonal().array() += r.p;
+    add_to_diagonal(r.t_n, r.p);
     r.t_w = -s.gamma * f.by_z;
     r.t_spring = f.by_z;
     r.t_coefficient = bound.s_coefficient * f.by_s;
