@@ -20,6 +20,29 @@ NodeMatrix unit_products(const ContactState& s)
                     []<Shape S>() -> NodeMatrix { return unit_mass<S, 1>(); });
 }
 
+/// Inverse of a matrix whose diagonal is large: of products of functions
+NodeMatrix inverse_of(NodeMatrix a)
+{
+  const Eigen::Index n = a.rows();
+  for (Eigen::Index p = 0; p < n; ++p)
+  {
+    const double pivot = 1.0 / a(p, p);
+    a(p, p) = 1.0;
+    for (Eigen::Index j = 0; j < n; ++j)
+      a(p, j) *= pivot;
+    for (Eigen::Index i = 0; i < n; ++i)
+    {
+      const double factor = a(i, p);
+      if (i == p or factor == 0.0)
+        continue;
+      a(i, p) = 0.0;
+      for (Eigen::Index j = 0; j < n; ++j)
+        a(i, j) -= factor * a(p, j);
+    }
+  }
+  return a;
+}
+
 /// Area of the reference facet in its coordinates
 double reference_measure(Shape shape)
 {
@@ -168,7 +191,7 @@ private:
       for (int i = 0; i < _M; ++i)
         _lam(static_cast<Eigen::Index>(k), i) =
             _state.multipliers.value[at(nodes[k]) * at(_M) + at(i)];
-    _spread = _basis.spread * (f.inverse * (f.weight.asDiagonal() * _lam));
+    _spread = _basis.spread.lazyProduct(f.from_nodal().lazyProduct(_lam));
     _slack = f.slack();
     _by_share =
         2.0 * (1.0 - f.share) * f.area / reference_measure(_state.slave.shape);
@@ -302,11 +325,12 @@ DualBasis::DualBasis(const ContactState& s)
   to_nodes = NodeMatrix::Identity(n, n);
   if (s.multipliers.degree == 2) // Bernstein polynomials at the nodes
     to_nodes.row(2) << 0.25, 0.25, 0.5;
-  const NodeMatrix products = to_nodes.transpose() * mass * to_nodes;
+  const NodeMatrix products =
+      to_nodes.transpose().lazyProduct(mass.lazyProduct(to_nodes));
   spread = -products;
   spread.diagonal() += products.rowwise().sum();
   rows = Eigen::MatrixXd::Zero(s.slave.dofs_per_facet(), n);
-  rows.topRows(n) = to_nodes.inverse().transpose();
+  rows.topRows(n) = inverse_of(to_nodes).transpose();
 }
 
 std::vector<DualFacet> dual_facets(const ContactState& s,
@@ -328,7 +352,7 @@ std::vector<DualFacet> dual_facets(const ContactState& s,
     if (std::abs(1.0 - f.share) > tolerance::coverage)
       f.varies = true;
     const NodeMatrix m = f.inverse + f.slack() * f.area * basis.spread;
-    f.inverse = m.inverse();
+    f.inverse = inverse_of(m);
   }
   return facets;
 }
@@ -345,7 +369,7 @@ Eigen::MatrixXd dual_coefficients(const ContactState& s, const DualFacet& of,
     for (std::size_t i = 0; i < M; ++i)
       lam(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) =
           m.value[at(nodes[k]) * M + i];
-  return of.inverse * (of.weight.asDiagonal() * lam);
+  return of.from_nodal().lazyProduct(lam);
 }
 
 FacetTractions dual_tractions(const ContactState& s, const DualBasis& basis,
@@ -356,7 +380,7 @@ FacetTractions dual_tractions(const ContactState& s, const DualBasis& basis,
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
     const Eigen::MatrixXd nodal =
-        basis.to_nodes * dual_coefficients(s, facets[at(f)], f);
+        basis.to_nodes.lazyProduct(dual_coefficients(s, facets[at(f)], f));
     for (Eigen::Index k = 0; k < nodal.rows(); ++k)
       for (Eigen::Index i = 0; i < nodal.cols(); ++i)
         values.push_back(nodal(k, i));

@@ -1,6 +1,7 @@
 #include "raymortar/element/extension.h"
 #include "raymortar/geometry/dispatch.h"
-#include <Eigen/Eigenvalues>
+#include <array>
+#include <cmath>
 
 namespace raymortar
 {
@@ -15,6 +16,76 @@ constexpr double smallest_share = 5e-3;
 using Monomials =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 3>;
 using Pencil = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+
+/// Solutions of A v = s B v with v . B v = 1
+struct Eigenpairs
+{
+  Eigen::Vector3d values;
+  Eigen::Matrix3d vectors; ///< as columns, the first of which are set
+};
+
+/// Turn two rows and columns of C so that their entry is zero, and Q with them
+void rotate(Eigen::Matrix3d& C, Eigen::Matrix3d& Q, int p, int q)
+{
+  if (C(p, q) == 0.0)
+    return;
+  const double theta = 0.5 * (C(q, q) - C(p, p)) / C(p, q);
+  const double t = std::copysign(1.0, theta) /
+                   (std::abs(theta) + std::sqrt(theta * theta + 1.0));
+  const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
+  for (int i = 0; i < 3; ++i)
+  {
+    const double a = C(i, p), b = C(i, q);
+    C(i, p) = c * a - s * b;
+    C(i, q) = s * a + c * b;
+  }
+  for (int i = 0; i < 3; ++i)
+  {
+    const double a = C(p, i), b = C(q, i);
+    C(p, i) = c * a - s * b;
+    C(q, i) = s * a + c * b;
+    const double u = Q(i, p), v = Q(i, q);
+    Q(i, p) = c * u - s * v;
+    Q(i, q) = s * u + c * v;
+  }
+}
+
+/// By Cholesky's factor L of B, and Jacobi's rotations of L^-1 A L^-T
+/// @param[in] A, B Symmetric, B positive
+Eigenpairs eigenpairs(const Pencil& A, const Pencil& B)
+{
+  constexpr int sweeps = 12; // rounding is reached after 4
+  const auto n = static_cast<int>(A.rows());
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Zero(); // of L
+  Eigen::Matrix3d L = Eigen::Matrix3d::Identity();
+  for (int j = 0; j < n; ++j)
+    for (int i = j; i < n; ++i)
+    {
+      double rest = B(i, j);
+      for (int k = 0; k < j; ++k)
+        rest -= L(i, k) * L(j, k);
+      L(i, j) = i == j ? std::sqrt(rest) : rest / L(j, j);
+    }
+  for (int j = 0; j < n; ++j)
+    for (int i = j; i < n; ++i)
+    {
+      double rest = i == j ? 1.0 : 0.0;
+      for (int k = j; k < i; ++k)
+        rest -= L(i, k) * inverse(k, j);
+      inverse(i, j) = rest / L(i, i);
+    }
+  Eigen::Matrix3d whole = Eigen::Matrix3d::Zero();
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i)
+      whole(i, j) = A(i, j);
+  Eigen::Matrix3d C = inverse * whole * inverse.transpose();
+  Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
+  for (int k = 0; k < sweeps; ++k)
+    for (int p = 0; p < n; ++p)
+      for (int q = p + 1; q < n; ++q)
+        rotate(C, Q, p, q);
+  return {C.diagonal(), inverse.transpose() * Q};
+}
 
 /// @param[in] largest Degree of the displacement
 Monomials monomials(Shape shape, int largest, int degree,
@@ -59,6 +130,20 @@ std::vector<Vec<2>> node_places(Shape shape, int degree)
   return places;
 }
 
+namespace
+{
+/// Sum of columns, times factors
+Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>
+combination(const Monomials& of, const Vec<3>& factors)
+{
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1> sum =
+      factors[0] * of.col(0);
+  for (Eigen::Index k = 1; k < of.cols(); ++k)
+    sum += factors[k] * of.col(k);
+  return sum;
+}
+} // namespace
+
 FacetMatrix polynomials_on_part(Shape shape, int degree,
                                 const FacetMatrix& part)
 {
@@ -77,17 +162,16 @@ FacetMatrix polynomials_on_part(Shape shape, int degree,
     const Pencil on_part =
         block.transpose().lazyProduct(part.lazyProduct(block));
     const Pencil at_nodes = block.transpose().lazyProduct(block);
-    const Eigen::GeneralizedSelfAdjointEigenSolver<Pencil> solver(on_part,
-                                                                  at_nodes);
+    const Eigenpairs pairs = eigenpairs(on_part, at_nodes);
     const auto wanted = found.cols() + block.cols();
     for (int k = 0; k < block.cols(); ++k)
     {
-      const double share = solver.eigenvalues()[k];
+      const double share = pairs.values[k];
       if (share < smallest_share * equal)
         continue;
       found.conservativeResize(Eigen::NoChange, found.cols() + 1);
       found.col(found.cols() - 1) =
-          block.lazyProduct(solver.eigenvectors().col(k)) / std::sqrt(share);
+          combination(block, column(pairs.vectors, k)) / std::sqrt(share);
     }
     if (found.cols() < wanted)
       break;

@@ -18,7 +18,7 @@ namespace raymortar
     const ContactState& s,
     std::shared_ptr<const FacetTractions> tractions = nullptr);
 
-/// @brief The same in dimension D, which has a unit of its own.
+/// @brief Assembler in dimension D; each has its own unit.
 template <int D>
 [[nodiscard]] std::unique_ptr<Assembler>
 general_assembler_in(const ContactState& s,

@@ -20,11 +20,7 @@ public:
   using Plane = std::conditional_t<D == 2, FacetType<Shape::interval, 1, 1>,
                                    FacetType<Shape::quadrilateral, 1, 1>>;
 
-  explicit SegmentMotion(const ContactState& s)
-      : _state(s), _is_map(s.slave.shape == Shape::quadrilateral),
-        _map(corners(no_index))
-  {
-  }
+  explicit SegmentMotion(const ContactState& s);
 
   /// @brief An element whose points are being added.
   struct Element
@@ -37,32 +33,10 @@ public:
   };
 
   /// @brief Add point q, in the order of points.
-  void add(const Element& e, std::size_t q, const AnyIntegrand<D>& at)
-  {
-    const Index segment = _state.points.segment[q];
-    if (segment != _segment)
-    {
-      finish(e);
-      take(e, segment);
-    }
-    set_change(q, at, e.size);
-    _points.visit(
-        _state.segment_rules, static_cast<std::size_t>(_state.points.place[q]),
-        [&](std::size_t v, double N, const Mat<1, T>& dJ)
-        {
-          for (std::size_t t = 0; t < T; ++t)
-            add_vertex(_by_vertex[v][t], t, N, dJ[static_cast<int>(t)], e.size);
-        });
-  }
+  void add(const Element& e, std::size_t q, const AnyIntegrand<D>& at);
 
   /// @brief Vertices' share, after the last point of an element.
-  void finish(const Element& e)
-  {
-    if (_segment != no_index)
-      flush(e,
-            _state.segmentation.segments[static_cast<std::size_t>(_segment)]);
-    _segment = no_index;
-  }
+  void finish(const Element& e);
 
 private:
   using Points = SegmentPoints<Plane>;
@@ -71,60 +45,14 @@ private:
 
   /// The plane that sides of segments are straight in: of quadrilaterals their
   /// mean plane, of others the reference facet
-  [[nodiscard]] typename Plane::NodeMatrix corners(Index facet) const
-  {
-    typename Plane::NodeMatrix x = Plane::NodeMatrix::Zero();
-    if (facet == no_index)
-    {
-      for (int c = 0; c < Plane::nodes; ++c)
-        for (int i = 0; i < T; ++i)
-          x(i, c) = Plane::Node::points[static_cast<std::size_t>(c)]
-                                       [static_cast<std::size_t>(i)];
-      return x;
-    }
-    AnyNodes<D> nodes;
-    nodes.take(_state.slave, _state.slave.X, facet,
-               static_cast<std::size_t>(_state.slave.nodes_per_facet()));
-    for (int c = 0; c < Plane::nodes; ++c)
-      x.col(c) = nodes.at[static_cast<std::size_t>(c)];
-    return x;
-  }
+  [[nodiscard]] typename Plane::NodeMatrix corners(Index facet) const;
 
   /// Set the change of a point's integrand by its position in the plane and by
   /// the measure of its tile, see change_in_plane
-  void set_change(std::size_t q, const AnyIntegrand<D>& at, int size)
-  {
-    const double weight = _state.points.weight[q];
-    _by_measure = at.f.data();
-    if (not _is_map)
-    {
-      for (std::size_t t = 0; t < T; ++t)
-        for (std::size_t r = 0; r < std::size_t(size); ++r)
-          _by_y[t][r] = weight * at.f_xi[t][r];
-      return;
-    }
-    if constexpr (T == 2)
-      set_mapped(_state.points.xi[q], weight, at, size);
-  }
+  void set_change(std::size_t q, const AnyIntegrand<D>& at, int size);
 
   void set_mapped(const Vec<2>& xi, double weight, const AnyIntegrand<D>& at,
-                  int size)
-  {
-    const Mat<2, 2> G = _map.gradient(xi);
-    const Mat<2, 2> to_y = weight * G.inverse();
-    const Mat<1, 2> log_det = _map.log_det_gradient(xi).transpose() * to_y;
-    const double scale = 1.0 / G.determinant();
-    for (int t = 0; t < 2; ++t)
-    {
-      const double a = to_y(0, t), b = to_y(1, t), by_f = log_det[t];
-      Row& by_y = _by_y[static_cast<std::size_t>(t)];
-      for (std::size_t r = 0; r < std::size_t(size); ++r)
-        by_y[r] = a * at.f_xi[0][r] + b * at.f_xi[1][r] - by_f * at.f[r];
-    }
-    for (std::size_t r = 0; r < std::size_t(size); ++r)
-      _scaled[r] = scale * at.f[r];
-    _by_measure = _scaled.data();
-  }
+                  int size);
 
   void add_vertex(Row& sum, std::size_t t, double N, double dJ, int size) const
   {
@@ -132,45 +60,10 @@ private:
       sum[r] += N * _by_y[t][r] + dJ * _by_measure[r];
   }
 
-  void take(const Element& e, Index number)
-  {
-    _segment = number;
-    const Segment& segment =
-        _state.segmentation.segments[static_cast<std::size_t>(number)];
-    if (_is_map and segment.slave != _facet)
-    {
-      _facet = segment.slave;
-      _map = FlatMap<Plane>(corners(_facet));
-    }
-    _points.take(_state.segmentation, segment, _map);
-    const auto clear = [&e](Sum& sum)
-    {
-      for (Row& row : sum)
-        std::fill_n(row.begin(), e.size, 0.0);
-    };
-    for (std::size_t v = 0; v < static_cast<std::size_t>(segment.size); ++v)
-      clear(_by_vertex[v]);
-    if (_points.has_centre())
-      clear(_by_vertex[Points::centre]);
-  }
+  void take(const Element& e, Index number);
 
   /// The sums of a vertex by the facet's own coordinates
-  void to_facet(std::size_t vertex, Sum& sum, int size) const
-  {
-    if (not _is_map)
-      return;
-    const Mat<T, T> G =
-        _map.gradient(_state.segmentation.vertices[vertex].template head<T>());
-    for (std::size_t r = 0; r < std::size_t(size); ++r)
-    {
-      Mat<1, T> row;
-      for (int t = 0; t < T; ++t)
-        row[t] = sum[std::size_t(t)][r];
-      row = (row * G).eval();
-      for (int t = 0; t < T; ++t)
-        sum[std::size_t(t)][r] = row[t];
-    }
-  }
+  void to_facet(std::size_t vertex, Sum& sum, int size) const;
 
   /// Add rows [first, last) of the sums times some motion to a block
   /// @param[in] motion (T, columns), out Where the block's rows begin
@@ -188,49 +81,7 @@ private:
       }
   }
 
-  void flush(const Element& e, const Segment& of)
-  {
-    const ContactState& s = _state;
-    const SegmentTarget<D> target(s, of);
-    const Index hit = target_of(s, e.number);
-    const bool own = target.number() == hit;
-    const auto columns = static_cast<int>(target.unknowns());
-    const int size = e.alone + columns;
-    if (not own)
-    {
-      std::fill_n(_coupling.begin(), size * size, 0.0);
-      std::fill_n(_hit_rows.begin(), (e.size - e.alone) * columns, 0.0);
-    }
-    _points.share_centre(
-        [&](std::size_t v, double share)
-        {
-          for (std::size_t t = 0; t < T; ++t)
-            for (std::size_t r = 0; r < std::size_t(e.size); ++r)
-              _by_vertex[v][t][r] += share * _by_vertex[Points::centre][t][r];
-        });
-    for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
-    {
-      const std::size_t at = static_cast<std::size_t>(of.begin) + v;
-      if (s.segmentation.breaks[at].motion == Break::Motion::fixed)
-        continue;
-      const AnyVertexMotion<D> motion = target.motion(at);
-      const auto by_target = target.columns(motion);
-      Sum& sum = _by_vertex[v];
-      to_facet(at, sum, e.size);
-      add_product(sum, 0, e.size, motion.by_slave, e.A, e.size);
-      if (own)
-        add_product(sum, 0, e.size, by_target, e.A + e.alone, e.size);
-      else
-      {
-        add_product(sum, 0, e.alone, by_target, _coupling.data() + e.alone,
-                    size);
-        add_product(sum, e.alone, e.size, by_target, _hit_rows.data(), columns);
-      }
-    }
-    if (not own and columns > 0)
-      e.couplings(e.number, target.number(), _coupling.data(), size,
-                  hit == no_index ? nullptr : _hit_rows.data());
-  }
+  void flush(const Element& e, const Segment& of);
 
   const ContactState& _state;
   bool _is_map;

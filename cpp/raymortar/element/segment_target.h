@@ -43,18 +43,8 @@ public:
   }
 
   /// @brief Motion of a vertex over these unknowns, (gdim - 1, unknowns).
-  [[nodiscard]] MotionColumns<D> columns(const AnyVertexMotion<D>& motion) const
-  {
-    if (not _state.has_tools())
-      return master_columns<D>(_state.master, motion.place, motion.by_master);
-    const MasterPlace& at = motion.place;
-    const Vec<D> x =
-        (1.0 - at.share) * _facet.at(at.begin) + at.share * _facet.at(at.end);
-    MotionColumns<D> moves(D - 1, unknowns());
-    for (Index j = 0; j < moves.cols(); ++j)
-      moves.col(j) = motion.by_master * velocity<D>(*_freedom, j, x);
-    return moves;
-  }
+  [[nodiscard]] MotionColumns<D>
+  columns(const AnyVertexMotion<D>& motion) const;
 
 private:
   const ContactState& _state;

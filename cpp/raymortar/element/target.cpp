@@ -1,4 +1,4 @@
-#include "raymortar/element/target.h"
+#include "raymortar/element/segment_target.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/rigid/freedom.h"
 #include "raymortar/rigid/in_space.h"
@@ -59,6 +59,53 @@ OldTarget<D> old_target(const ContactState& s, std::size_t q, const Vec<D>& x,
   return {frame.x, frame.n};
 }
 
+template <int D>
+MotionColumns<D> master_columns(const Surface& master, const MasterPlace& place,
+                                const Mat<D - 1, D>& by_master)
+{
+  using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
+  const auto shares = [&master](const Vec<2>& eta) -> Shares
+  {
+    return shape_taylor<D - 1>(master.shape, master.degree,
+                               Vec<D - 1>(eta.template head<D - 1>()))
+        .col(0);
+  };
+  Shares N = shares(place.begin);
+  if (place.share != 0.0)
+    N = (1.0 - place.share) * N + place.share * shares(place.end);
+  MotionColumns<D> columns(D - 1, D * N.size());
+  for (Eigen::Index a = 0; a < N.size(); ++a)
+    for (int i = 0; i < D; ++i)
+      for (int t = 0; t < D - 1; ++t)
+        columns(t, a * D + i) = N[a] * by_master(t, i);
+  return columns;
+}
+
+template <int D>
+MotionColumns<D>
+SegmentTarget<D>::columns(const AnyVertexMotion<D>& motion) const
+{
+  if (not _state.has_tools())
+    return master_columns<D>(_state.master, motion.place, motion.by_master);
+  const MasterPlace& at = motion.place;
+  const Vec<D> x =
+      (1.0 - at.share) * _facet.at(at.begin) + at.share * _facet.at(at.end);
+  MotionColumns<D> moves(D - 1, unknowns());
+  for (Index j = 0; j < moves.cols(); ++j)
+  {
+    const Vec<D - 1> moved = motion.by_master * velocity<D>(*_freedom, j, x);
+    for (int t = 0; t < D - 1; ++t)
+      moves(t, j) = moved[t];
+  }
+  return moves;
+}
+
+template MotionColumns<2> master_columns<2>(const Surface&, const MasterPlace&,
+                                            const Mat<1, 2>&);
+template MotionColumns<3> master_columns<3>(const Surface&, const MasterPlace&,
+                                            const Mat<2, 3>&);
+template class SegmentTarget<2>;
+template class SegmentTarget<3>;
 template OldTarget<2> old_target<2>(const ContactState&, std::size_t,
                                     const Vec<2>&, const Vec<2>&);
 template OldTarget<3> old_target<3>(const ContactState&, std::size_t,

@@ -46,8 +46,15 @@ struct AnyFacet
   [[nodiscard]] typename TaylorFacet<D>::NodeMatrix
   taylor(const Vec<2>& eta) const
   {
-    return nodes *
-           shape_taylor<T>(shape, degree, Vec<T>(eta.template head<T>()));
+    const ShapeTaylor<T> N =
+        shape_taylor<T>(shape, degree, Vec<T>(eta.template head<T>()));
+    typename TaylorFacet<D>::NodeMatrix sum =
+        TaylorFacet<D>::NodeMatrix::Zero();
+    for (Eigen::Index a = 0; a < N.rows(); ++a)
+      for (int c = 0; c < taylor_size<T>; ++c)
+        for (int i = 0; i < D; ++i)
+          sum(i, c) += nodes(i, a) * N(a, c);
+    return sum;
   }
   [[nodiscard]] Vec<D> at(const Vec<2>& eta) const
   {
@@ -99,21 +106,5 @@ any_vertex_motion(const ContactState& s, const Segment& of,
 template <int D>
 [[nodiscard]] MotionColumns<D> master_columns(const Surface& master,
                                               const MasterPlace& place,
-                                              const Mat<D - 1, D>& by_master)
-{
-  using Shares = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
-  const auto shares = [&master](const Vec<2>& eta) -> Shares
-  {
-    return shape_taylor<D - 1>(master.shape, master.degree,
-                               Vec<D - 1>(eta.template head<D - 1>()))
-        .col(0);
-  };
-  Shares N = shares(place.begin);
-  if (place.share != 0.0)
-    N = (1.0 - place.share) * N + place.share * shares(place.end);
-  MotionColumns<D> columns(D - 1, D * N.size());
-  for (Eigen::Index a = 0; a < N.size(); ++a)
-    columns.template middleCols<D>(a * D) = N[a] * by_master;
-  return columns;
-}
+                                              const Mat<D - 1, D>& by_master);
 } // namespace raymortar

@@ -5,7 +5,7 @@
 namespace raymortar::tolerance
 {
 /// Surfaces face each other when n_s . n_m < -facing. Above it the projection
-/// of the master is so thin that the ray parameter loses half its digits.
+/// of the master is too thin: the ray parameter would lose half its digits.
 inline constexpr double facing = 1e-3;
 
 /// Clip vertices closer than this times the slave diameter are one vertex

@@ -1,4 +1,4 @@
-// Law at nodes: each node adds to the rows of its own multiplier.
+// Law at nodes: the rows of each multiplier come from its node.
 #pragma once
 
 #include "raymortar/interface/cover_term.h"
