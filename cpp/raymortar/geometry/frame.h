@@ -100,7 +100,7 @@ frame_at(const typename F::NodeMatrix& nodes, const typename F::RefPoint& xi)
 {
   Frame<F::gdim> f;
   f.x.noalias() = nodes * F::Node::values(xi);
-  f.t.noalias() = nodes * F::Node::gradients(xi);
+  set_tangents<F>(f.t, nodes, F::Node::gradients(xi));
   set_normal(f);
   return f;
 }

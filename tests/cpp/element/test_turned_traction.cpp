@@ -114,9 +114,10 @@ TYPED_TEST(TurnedTractions, VariationIsTheDerivative)
       return turn<F>(x, at, v, centre<F>(), i % 2 == 0).value();
     };
     const auto p = slave_geometry<F>(y, centre<F>());
-    expect_derivative(f, Vector::Zero(F::dofs * D),
-                      vary_turn<F, D>(turn<F>(x, y, v, centre<F>(), i % 2 == 0),
-                                      Mat<D, D>::Identity(), p));
+    expect_derivative(
+        f, Vector::Zero(F::dofs * D),
+        vary_turned<F, D>(turn<F>(x, y, v, centre<F>(), i % 2 == 0),
+                          Mat<D, D>::Identity(), p));
   }
 }
 
@@ -129,7 +130,7 @@ TYPED_TEST(TurnedTractions, NoTractionHasNoVariation)
   EXPECT_TRUE(c.value().isZero(0.0));
   const auto p = slave_geometry<F>(y, centre<F>());
   constexpr int D = F::gdim;
-  const SideRows<F, D> rows = vary_turn<F, D>(c, Mat<D, D>::Identity(), p);
+  const SideRows<F, D> rows = vary_turned<F, D>(c, Mat<D, D>::Identity(), p);
   EXPECT_TRUE(rows.isZero(0.0));
 }
 
