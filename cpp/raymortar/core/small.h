@@ -3,9 +3,13 @@
 // Eigen makes a type of every expression, and its compilation takes longer than
 // that of everything else. These operators take the place of Eigen's between
 // plain matrices of small fixed size: plain loops, one for each pair of sizes.
+// Where columns have an even length, two numbers at once, as Eigen does: a load
+// of two numbers waits where they have just been stored one by one.
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstring>
 #include <type_traits>
 
 namespace raymortar
@@ -26,6 +30,78 @@ using Plain = Eigen::Matrix<double, M, N, O, M, N>;
 template <int M, int N>
 concept Small = M >
 0 and N > 0 and M* N <= 27;
+
+/// Two numbers
+using Pair [[gnu::vector_size(16)]] = double;
+
+[[nodiscard, gnu::always_inline]] inline Pair load_pair(const double* from)
+{
+  Pair p;
+  std::memcpy(&p, from, sizeof(Pair));
+  return p;
+}
+
+[[gnu::always_inline]] inline void store_pair(Pair p, double* to)
+{
+  std::memcpy(to, &p, sizeof(Pair));
+}
+
+/// c_i = f(a_i, b_i) for N numbers, two at once where that leaves none
+template <int N, class F>
+[[gnu::always_inline]] inline void for_each(const double* a, const double* b,
+                                            double* c, F&& f)
+{
+  if constexpr (N % 2 == 0)
+    for (int i = 0; i < N; i += 2)
+      store_pair(f(load_pair(a + i), load_pair(b + i)), c + i);
+  else
+    for (int i = 0; i < N; ++i)
+      c[i] = f(a[i], b[i]);
+}
+
+/// sum_k a_k b_k
+template <int K>
+[[nodiscard, gnu::always_inline]] inline double sum_of(const double* a,
+                                                       const double* b)
+{
+  if constexpr (K % 2 == 0)
+  {
+    Pair sum = load_pair(a) * load_pair(b);
+    for (int k = 2; k < K; k += 2)
+      sum += load_pair(a + k) * load_pair(b + k);
+    return sum[0] + sum[1];
+  }
+  else
+  {
+    double sum = a[0] * b[0];
+    for (int k = 1; k < K; ++k)
+      sum += a[k] * b[k];
+    return sum;
+  }
+}
+
+/// A column of M numbers, sum_k b_k times a's column k; b's at a distance of S
+template <int M, int K, int S>
+[[gnu::always_inline]] inline void combine(const double* a, const double* b,
+                                           double* c)
+{
+  if constexpr (M % 2 == 0)
+    for (int i = 0; i < M; i += 2)
+    {
+      Pair sum = load_pair(a + i) * b[0];
+      for (int k = 1; k < K; ++k)
+        sum += load_pair(a + i + k * M) * b[k * S];
+      store_pair(sum, c + i);
+    }
+  else
+    for (int i = 0; i < M; ++i)
+    {
+      double sum = a[i] * b[0];
+      for (int k = 1; k < K; ++k)
+        sum += a[i + k * M] * b[k * S];
+      c[i] = sum;
+    }
+}
 
 /// Products are of matrices that are stored as Mat is
 template <int M, int N, int O>
@@ -49,8 +125,8 @@ requires detail::Small<M, N>
 operator+(const detail::Plain<M, N, O>& a, const detail::Plain<M, N, O>& b)
 {
   detail::Plain<M, N, O> c;
-  for (int i = 0; i < M * N; ++i)
-    c.data()[i] = a.data()[i] + b.data()[i];
+  detail::for_each<M * N>(a.data(), b.data(), c.data(),
+                          [](auto x, auto y) { return x + y; });
   return c;
 }
 
@@ -60,8 +136,8 @@ requires detail::Small<M, N>
 operator-(const detail::Plain<M, N, O>& a, const detail::Plain<M, N, O>& b)
 {
   detail::Plain<M, N, O> c;
-  for (int i = 0; i < M * N; ++i)
-    c.data()[i] = a.data()[i] - b.data()[i];
+  detail::for_each<M * N>(a.data(), b.data(), c.data(),
+                          [](auto x, auto y) { return x - y; });
   return c;
 }
 
@@ -71,8 +147,8 @@ requires detail::Small<M, N>
 operator-(const detail::Plain<M, N, O>& a)
 {
   detail::Plain<M, N, O> c;
-  for (int i = 0; i < M * N; ++i)
-    c.data()[i] = -a.data()[i];
+  detail::for_each<M * N>(a.data(), a.data(), c.data(),
+                          [](auto x, auto) { return -x; });
   return c;
 }
 
@@ -82,8 +158,9 @@ requires detail::Small<M, N> and std::is_arithmetic_v<S>
 operator*(const S& s, const detail::Plain<M, N, O>& a)
 {
   detail::Plain<M, N, O> c;
-  for (int i = 0; i < M * N; ++i)
-    c.data()[i] = s * a.data()[i];
+  detail::for_each<M * N>(a.data(), a.data(), c.data(),
+                          [s = static_cast<double>(s)](auto x, auto)
+                          { return s * x; });
   return c;
 }
 
@@ -101,8 +178,9 @@ requires detail::Small<M, N> and std::is_arithmetic_v<S>
 operator/(const detail::Plain<M, N, O>& a, const S& s)
 {
   detail::Plain<M, N, O> c;
-  for (int i = 0; i < M * N; ++i)
-    c.data()[i] = a.data()[i] / s;
+  detail::for_each<M * N>(a.data(), a.data(), c.data(),
+                          [s = static_cast<double>(s)](auto x, auto)
+                          { return x / s; });
   return c;
 }
 
@@ -111,8 +189,8 @@ requires detail::Small<M, N>
 [[gnu::always_inline]] inline auto& operator+=(detail::Plain<M, N, O>& a,
                                                const detail::Plain<M, N, O>& b)
 {
-  for (int i = 0; i < M * N; ++i)
-    a.data()[i] += b.data()[i];
+  detail::for_each<M * N>(a.data(), b.data(), a.data(),
+                          [](auto x, auto y) { return x + y; });
   return a;
 }
 
@@ -121,8 +199,8 @@ requires detail::Small<M, N>
 [[gnu::always_inline]] inline auto& operator-=(detail::Plain<M, N, O>& a,
                                                const detail::Plain<M, N, O>& b)
 {
-  for (int i = 0; i < M * N; ++i)
-    a.data()[i] -= b.data()[i];
+  detail::for_each<M * N>(a.data(), b.data(), a.data(),
+                          [](auto x, auto y) { return x - y; });
   return a;
 }
 
@@ -134,13 +212,10 @@ operator*(const detail::Plain<M, K, O>& a, const detail::Plain<K, N, P>& b)
 {
   Mat<M, N> c;
   for (int j = 0; j < N; ++j)
-    for (int i = 0; i < M; ++i)
-    {
-      double sum = a.data()[i] * b.data()[j * K];
-      for (int k = 1; k < K; ++k)
-        sum += a.data()[i + k * M] * b.data()[k + j * K];
-      c.data()[i + j * M] = sum;
-    }
+    if constexpr (M == 1)
+      c.data()[j] = detail::sum_of<K>(a.data(), b.data() + j * K);
+    else
+      detail::combine<M, K, 1>(a.data(), b.data() + j * K, c.data() + j * M);
   return c;
 }
 
@@ -157,12 +232,7 @@ operator*(const Eigen::Transpose<A>& transposed,
   Mat<M, N> c;
   for (int j = 0; j < N; ++j)
     for (int i = 0; i < M; ++i)
-    {
-      double sum = a[i * K] * b.data()[j * K];
-      for (int k = 1; k < K; ++k)
-        sum += a[k + i * K] * b.data()[k + j * K];
-      c.data()[i + j * M] = sum;
-    }
+      c.data()[i + j * M] = detail::sum_of<K>(a + i * K, b.data() + j * K);
   return c;
 }
 
@@ -178,23 +248,51 @@ operator*(const detail::Plain<M, detail::columns<B>, O>& a,
   const double* const b = transposed.nestedExpression().data();
   Mat<M, N> c;
   for (int j = 0; j < N; ++j)
-    for (int i = 0; i < M; ++i)
-    {
-      double sum = a.data()[i] * b[j];
-      for (int k = 1; k < K; ++k)
-        sum += a.data()[i + k * M] * b[j + k * N];
-      c.data()[i + j * M] = sum;
-    }
+    detail::combine<M, K, N>(a.data(), b + j, c.data() + j * M);
   return c;
 }
 
-/// @brief to += factor * from, N numbers each.
-template <int N>
-[[gnu::always_inline]] inline void add_scaled(double factor, const double* from,
-                                              double* to)
+/// @brief a . b
+template <int M>
+[[nodiscard, gnu::always_inline]] inline double dot(const Vec<M>& a,
+                                                    const Vec<M>& b)
 {
-  for (int n = 0; n < N; ++n)
-    to[n] += factor * from[n];
+  return detail::sum_of<M>(a.data(), b.data());
+}
+
+/// @brief |a|
+template <int M>
+[[nodiscard, gnu::always_inline]] inline double length(const Vec<M>& a)
+{
+  return std::sqrt(dot<M>(a, a));
+}
+
+/// @brief to += factor * from, N numbers each, at different places.
+template <int N>
+[[gnu::always_inline]] inline void
+add_scaled(double factor, const double* __restrict from, double* __restrict to)
+{
+  detail::for_each<N>(to, from, to,
+                      [factor](auto x, auto y) { return x + factor * y; });
+}
+
+/// @brief Store a vector in a row of dofs.
+template <int M>
+[[gnu::always_inline]] inline void put(const Vec<M>& from, double* to)
+{
+  detail::for_each<M>(from.data(), from.data(), to,
+                      [](auto x, auto) { return x; });
+}
+
+/// @brief A row of a matrix, by value.
+template <int M, int N>
+[[nodiscard, gnu::always_inline]] inline Vec<N> row_of(const Mat<M, N>& a,
+                                                       int i)
+{
+  Vec<N> c;
+  for (int j = 0; j < N; ++j)
+    c.data()[j] = a.data()[i + j * M];
+  return c;
 }
 
 /// @brief Add a number to the diagonal of a matrix.

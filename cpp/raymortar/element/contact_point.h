@@ -117,7 +117,7 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
 
   /// @brief Traction along the normal of the frame.
-  [[nodiscard]] double pressure() const { return normal.dot(response.t); }
+  [[nodiscard]] double pressure() const { return dot<D>(normal, response.t); }
 
   /// @brief How that changes along some columns with traction and normal.
   template <class Matrix>
@@ -161,12 +161,12 @@ private:
 
   [[nodiscard]] double law_gap() const
   {
-    return (of_target ? g * normal.dot(this->slave.n) : g) + offset;
+    return (of_target ? g * dot<D>(normal, this->slave.n) : g) + offset;
   }
 
   [[nodiscard]] Vec<D> along_surface(const Vec<D>& v) const
   {
-    return v - normal.dot(v) * normal;
+    return v - dot<D>(normal, v) * normal;
   }
 
   HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
@@ -210,13 +210,13 @@ private:
     old.distance = master.old.x - old.frame.x;
     const Vec<D>& n_0 = old.normal;
     old.across = 0.5 * (n_0 - master.old.n);
-    old.closing = closed_part(old.across.dot(old.distance) + offset, gap);
+    old.closing = closed_part(dot<D>(old.across, old.distance) + offset, gap);
     old.ahead = old.distance;
     // In the frame of the target the arm has a part across its normal
     if (of_target and has_couple())
       old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
-                           old.ahead - n_0.dot(old.ahead) * n_0);
+                           old.ahead - dot<D>(n_0, old.ahead) * n_0);
     old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
     // Along the surface: means of the slip at nodes have another normal
     if (of_target and not has_couple())

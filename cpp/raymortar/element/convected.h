@@ -46,7 +46,7 @@ convect(const Frame<D>& old, const Mat<D, D - 1>& old_dual, const Frame<D>& now,
 {
   ConvectedVector<D> c;
   c.along = old_dual.transpose() * vector;
-  c.across = old.n.dot(vector);
+  c.across = dot<D>(old.n, vector);
   c.value = now.t * c.along + c.across * now.n;
   return c;
 }
@@ -98,9 +98,12 @@ template <class F, int R>
   const Mat<R, F::dofs> by_n = by_dual * dN_m.transpose();
   SideRows<F, R> rows;
   for (int r = 0; r < R; ++r)
+  {
+    const Vec<D> by_vector = row_of(by_value, r);
     for (int a = 0; a < F::dofs; ++a)
-      for (int i = 0; i < D; ++i)
-        rows(r, a * D + i) = along[a] * by_value(r, i) - by_n(r, a) * now.n[i];
+      put<D>(along[a] * by_vector - by_n(r, a) * now.n,
+             rows.data() + (r * F::dofs + a) * D);
+  }
   return rows;
 }
 } // namespace raymortar

@@ -204,8 +204,7 @@ private:
         double by_node = 0.0;
         for (int j = 0; j < D; ++j)
           by_node -= r.t_n(i, j) * geometry.G_s(j, a);
-        for (int j = 0; j < D; ++j)
-          turn[a * D + j] = by_node * geometry.slave.n[j];
+        put<D>(by_node * geometry.slave.n, turn.data() + a * D);
       }
       add_work_row<side>(p, i, p.weight, turn.data(), 0);
       add_work_row<Layout::multipliers>(p, i, p.weight * r.t_lam(i, 0),
@@ -315,9 +314,9 @@ private:
       {
         const int r = side + k * M + i;
         add_row(r, test, dC.data() + i * both);
+        const Vec<M> by_lam = row_of(C_lam, i);
         for (int j = 0; j < Layout::multipliers; ++j)
-          for (int l = 0; l < M; ++l)
-            *row(r, side + j * M + l) += test * p.shape[j] * C_lam(i, l);
+          add_scaled<M>(test * p.shape[j], by_lam.data(), row(r, side + j * M));
       }
     }
   }

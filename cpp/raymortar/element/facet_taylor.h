@@ -132,7 +132,7 @@ private:
     c.template middleCols<T>(1) = t;
     frame.t = t;
     const Vec<D> m = normal_of(t);
-    frame.jacobian = m.norm();
+    frame.jacobian = length<D>(m);
     frame.n = m / frame.jacobian;
   }
 

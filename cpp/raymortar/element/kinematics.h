@@ -97,12 +97,15 @@ template <class F>
   const Mat<D - 1, D> rho = v.dual.template topRows<D - 1>();
   const Mat<D - 1, F::dofs> turn = (g * rho) * p.G_s;
   for (int j = 0; j < D - 1; ++j)
+  {
+    const Vec<D> along = row_of(rho, j);
+    double* const row = v.deta.data() + j * 2 * side;
     for (int a = 0; a < F::dofs; ++a)
-      for (int i = 0; i < D; ++i)
-      {
-        v.deta(j, a * D + i) = p.N_s[a] * rho(j, i) - turn(j, a) * p.slave.n[i];
-        v.deta(j, side + a * D + i) = -p.N_m[a] * rho(j, i);
-      }
+    {
+      put<D>(p.N_s[a] * along - turn(j, a) * p.slave.n, row + a * D);
+      put<D>(-p.N_m[a] * along, row + side + a * D);
+    }
+  }
   return v;
 }
 } // namespace raymortar

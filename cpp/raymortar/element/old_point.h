@@ -44,7 +44,7 @@ slip_by_turn(const OldPoint<F, true>& was, const Mat<F::gdim, F::gdim>& carry,
 {
   const Mat<1, F::tdim> along = was.ahead.transpose() * turn;
   const Mat<F::gdim, F::tdim> turned =
-      was.normal.dot(was.ahead) * turn + was.normal * along;
+      dot<F::gdim>(was.normal, was.ahead) * turn + was.normal * along;
   return was.closing.length * turn - carry * turned +
          0.5 * was.closing.by_old * was.normal *
              (was.distance.transpose() * turn);

@@ -79,7 +79,7 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   Mat<R, D> by_n = law.by_n, by_turn_of_arm = Mat<R, D>::Zero();
   if (at.frame.of_target)
   {
-    const double along = p.slave.n.dot(p.normal);
+    const double along = dot<D>(p.slave.n, p.normal);
     by_g *= along;
     by_n += (p.g * by_gap) * p.slave.n.transpose();
     if constexpr (requires { law.by_w; }) // the arm
@@ -151,13 +151,15 @@ public:
     Rows<R, 2 * side> rows;
     const Mat<R, F::dofs> turned = by_turn * g.G_s;
     for (int r = 0; r < R; ++r)
+    {
+      const Vec<D> ends = row_of(by_ends, r);
       for (int a = 0; a < F::dofs; ++a)
-        for (int i = 0; i < D; ++i)
-        {
-          rows(r, a * D + i) =
-              -turned(r, a) * g.slave.n[i] - g.N_s[a] * by_ends(r, i);
-          rows(r, side + a * D + i) = g.N_m[a] * by_ends(r, i);
-        }
+      {
+        put<D>(-turned(r, a) * g.slave.n - g.N_s[a] * ends,
+               half(rows, r, 0) + a * D);
+        put<D>(g.N_m[a] * ends, half(rows, r, 1) + a * D);
+      }
+    }
     return rows;
   }
 

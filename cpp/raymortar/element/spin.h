@@ -42,7 +42,7 @@ struct Spin<3>
                        column(slave.old.t, 0));
     second = convect<3>(master.old, master.old_dual, master.now, t_2);
     of_master = first.value - cross(n, second.value);
-    const double along = of_master.dot(of_slave);
+    const double along = dot<3>(of_master, of_slave);
     const double beside = n.dot(of_master.cross(of_slave));
     const double length = std::sqrt(along * along + beside * beside);
     const double twice = std::sqrt(2.0 * length * (length + along));

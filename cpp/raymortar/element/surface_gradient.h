@@ -131,7 +131,7 @@ private:
     const Vec<F::dofs> turn = geometry.dN_s * along;
     const Mat<1, D> along_ray = slopes.vary.dual.row(D - 1);
     const Mat<1, T> g_xi = -(along_ray * (p.slave.t + p.g * at.bend.n));
-    Mat<D, T> change = t_xi - n.dot(t) * at.bend.n;
+    Mat<D, T> change = t_xi - dot<D>(n, t) * at.bend.n;
     for (int j = 0; j < T; ++j)
       set_column(change, j,
                  column(change, j) -

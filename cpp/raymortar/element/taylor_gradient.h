@@ -264,7 +264,7 @@ private:
     const double w = along.area.jacobian;
     const Vec<T> by_gradient = slopes.dual.transpose() * t;
     const Mat<1, T> g_xi = ray_along(p, slopes, along);
-    Mat<D, T> change = t_xi - n.dot(t) * along.bend.n;
+    Mat<D, T> change = t_xi - dot<D>(n, t) * along.bend.n;
     for (int j = 0; j < T; ++j)
       set_column(change, j,
                  column(change, j) -

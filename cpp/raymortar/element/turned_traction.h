@@ -55,8 +55,8 @@ struct TurnedTraction
   /// @brief How the value changes with the direction, the length of v aside.
   [[nodiscard]] Mat<D, D> by_direction() const
   {
-    Mat<D, D> m =
-        (-scale / direction.squaredNorm() * direction) * direction.transpose();
+    Mat<D, D> m = (-scale / dot<D>(direction, direction) * direction) *
+                  direction.transpose();
     add_to_diagonal(m, scale);
     return m;
   }
@@ -72,9 +72,9 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
                const Frame<D>& now, const Vec<D>& traction, bool whole = false)
 {
   TurnedTraction<D> c;
-  const double outward = old.n.dot(traction);
+  const double outward = dot<D>(old.n, traction);
   const Vec<D> v = traction - outward * old.n;
-  c.squared = v.squaredNorm();
+  c.squared = dot<D>(v, v);
   c.whole = whole;
   if (whole)
   {
@@ -90,7 +90,7 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
     c.across = old_dual.transpose() * cross(old.n, v);
     c.direction -= cross(now.n, now.t * c.across);
   }
-  c.scale = std::sqrt(c.squared / c.direction.squaredNorm());
+  c.scale = std::sqrt(c.squared / dot<D>(c.direction, c.direction));
   return c;
 }
 
@@ -124,14 +124,16 @@ template <class F, int R>
   const Mat<R, F::dofs> turn = by_n * p.G_s;
   SideRows<F, R> rows;
   for (int r = 0; r < R; ++r)
+  {
+    const Vec<D> beside = row_of(by_across, r), ahead = row_of(by_along, r);
     for (int a = 0; a < F::dofs; ++a)
-      for (int i = 0; i < D; ++i)
-      {
-        double& entry = rows(r, a * D + i);
-        entry = along[a] * by_along(r, i) - turn(r, a) * p.slave.n[i];
-        if constexpr (D == 3)
-          entry -= across[a] * by_across(r, i);
-      }
+    {
+      Vec<D> entries = along[a] * ahead - turn(r, a) * p.slave.n;
+      if constexpr (D == 3)
+        entries -= across[a] * beside;
+      put<D>(entries, rows.data() + (r * F::dofs + a) * D);
+    }
+  }
   return rows;
 }
 
@@ -163,7 +165,7 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
            c.outward * now.bend.n;
   if (c.squared == 0.0)
     return rate;
-  const double normal = n_0.dot(traction);
+  const double normal = dot<D>(n_0, traction);
   const Vec<D> v = traction - normal * n_0;
   const Mat<D, D> by_direction = c.by_direction();
   const Vec<D> by_length = c.scale / c.squared * c.direction;
@@ -173,9 +175,9 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
     const Mat<D, D - 1>&dt_0 = old.bend.t[k], &dt = now.bend.t[k];
     const Vec<D> dn_0 = column(old.bend.n, j), dn = column(now.bend.n, j);
     const Vec<D> dtraction = column(traction_xi, j);
-    Vec<D> dv = dtraction - n_0.dot(dtraction) * n_0;
+    Vec<D> dv = dtraction - dot<D>(n_0, dtraction) * n_0;
     if constexpr (not Flat)
-      dv -= normal * dn_0 + dn_0.dot(traction) * n_0;
+      dv -= normal * dn_0 + dot<D>(dn_0, traction) * n_0;
     // The components a of a tangential vector u = t_0 a change by those of
     // du - dt_0 a
     Vec<D> du = dv;
@@ -198,7 +200,7 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
       ddirection -= cross(now.frame.n, dturned);
     }
     set_column(rate, j,
-               column(rate, j) + v.dot(dv) * by_length +
+               column(rate, j) + dot<D>(v, dv) * by_length +
                    by_direction * ddirection);
   }
   return rate;

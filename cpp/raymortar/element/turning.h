@@ -26,7 +26,7 @@ template <int D, class Gradients, class Matrix>
 void add_turning_tangent(const Gradients& G, const Vec<D>& n, const Vec<D>& f,
                          Matrix& A)
 {
-  const double f_n = f.dot(n);
+  const double f_n = dot<D>(f, n);
   const int nodes = static_cast<int>(G.cols());
   const auto stride = static_cast<int>(A.cols());
   std::array<double, 9> by_f; // G_a . f
@@ -66,7 +66,7 @@ turned_by(const Mat<D, D - 1>& dual, const Vec<D>& n, const Vec<D>& f)
   std::array<Mat<D - 1, D>, static_cast<std::size_t>(D - 1)> rows;
   for (int j = 0; j < D - 1; ++j)
     rows[static_cast<std::size_t>(j)] =
-        f.dot(n) * column(metric, j) * n.transpose() -
+        dot<D>(f, n) * column(metric, j) * n.transpose() -
         along[j] * Mat<D - 1, D>(dual.transpose());
   return rows;
 }

@@ -74,7 +74,7 @@ template <int D>
 inline void set_normal(Frame<D>& f)
 {
   const Vec<D> m = normal_of(f.t);
-  f.jacobian = m.norm();
+  f.jacobian = length<D>(m);
   f.n = m / f.jacobian;
 }
 

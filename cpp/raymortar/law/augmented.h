@@ -58,7 +58,7 @@ struct VectorAugmentedLagrangian
   [[nodiscard]] static PointResponse<D, D> evaluate(const PointState<D, D>& s)
   {
     PointResponse<D, D> r;
-    const double trial = s.lam.dot(s.n) + s.gamma * s.g;
+    const double trial = dot<D>(s.lam, s.n) + s.gamma * s.g;
     const bool closed = trial <= s.gamma * s.touch;
     r.status = closed ? ContactStatus::slip : ContactStatus::open;
     r.p = closed ? trial : 0.0;

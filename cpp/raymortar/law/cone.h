@@ -30,10 +30,10 @@ struct DiscProjection
   /// @param[in] s Radius, traction; may be infinite
   /// @param[in] slack Traction that is taken for none
   DiscProjection(const Vec<D>& n, const Vec<D>& z, double s, double slack)
-      : z_n(n.dot(z))
+      : z_n(dot<D>(n, z))
   {
     value = z - z_n * n;
-    const double length = value.norm();
+    const double length = raymortar::length<D>(value);
     stick = length <= s + slack;
     if (stick)
       return;

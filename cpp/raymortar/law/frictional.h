@@ -47,8 +47,8 @@ struct SlipAlong
 
   SlipAlong(const Vec<D>& n, const Vec<D>& w)
   {
-    const Vec<D> along = w - n.dot(w) * n;
-    length = along.norm();
+    const Vec<D> along = w - dot<D>(n, w) * n;
+    length = raymortar::length<D>(along);
     if (length > 0.0)
       direction = along / length;
   }
@@ -61,7 +61,7 @@ struct SlipAlong
   [[nodiscard]] Eigen::Matrix<double, 1, D> by_n(const Vec<D>& n,
                                                  const Vec<D>& w) const
   {
-    return -n.dot(w) * direction.transpose();
+    return -dot<D>(n, w) * direction.transpose();
   }
 };
 
