@@ -197,7 +197,7 @@ private:
     const typename Motion::Element element{
         s, e, data, A, couple, FlatMap<F>(data.reference)};
     for (const Index q : s.elements.points_of(e))
-      motion.add(element, q, [&] { return integrand(e, s.points.xi[q]); });
+      motion.add(element, q, integrand(e, s.points.xi[q]));
     motion.finish(element);
     const auto columns = slave_dofs(e);
     for (std::size_t r = 0; r < rows.size(); ++r)
