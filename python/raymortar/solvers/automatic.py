@@ -107,13 +107,6 @@ _BODIES = {
     "near_mat_mumps_icntl_14": 60,
 }
 
-# For `CondensedPreconditioner`
-_CONDENSED = {
-    "displacement_pc_type": "hypre",
-    "displacement_pc_hypre_type": "boomeramg",
-    **{f"law_{name}": value for name, value in DIRECT.items()},
-}
-
 MULTIGRIDS = (*_MULTIGRID, "bodies")
 
 

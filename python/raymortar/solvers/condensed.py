@@ -31,10 +31,12 @@ class CondensedPreconditioner:
     Attributes
     ----------
     bodies
-        KSP of S, with prefix ``displacement_`` after that of the outer one. It has the
-        rows of the tangent, of which those of determined displacements are empty.
+        KSP of S, with prefix ``displacement_`` after that of the outer one; by default
+        one cycle of BoomerAMG, or of GAMG where PETSc has no hypre. S has the rows of
+        the tangent, of which those of determined displacements are empty.
     law
-        KSP of the rows of the law, with prefix ``law_``; None where contact is open.
+        KSP of the rows of the law, with prefix ``law_``; by default MUMPS. None where
+        contact is open.
     """
 
     def __init__(self) -> None:
@@ -67,10 +69,12 @@ class CondensedPreconditioner:
         S.setDiagonal(diagonal)
         diagonal.destroy()
         S.setBlockSize(A.getBlockSize())
-        self.bodies = _solver(pc, "displacement_", S)
+        has_hypre = PETSc.Sys.hasExternalPackage("hypre")
+        self.bodies = _solver(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
         if self._rows.getSize()[0]:
             self._answers = self._rows.matMult(A)
-            self.law = _solver(pc, "law_", self._answers.matMult(self._hats))
+            on_slave = self._answers.matMult(self._hats)
+            self.law = _solver(pc, "law_", on_slave, "lu")
 
     def _split(self, A: PETSc.Mat, of: Eliminated, temporary: ExitStack) -> Mask:
         """Make the matrices that split rows and displacements; which of the owned ones
@@ -158,10 +162,13 @@ class CondensedPreconditioner:
         self.reset(pc)
 
 
-def _solver(pc: PETSc.PC, name: str, matrix: PETSc.Mat) -> PETSc.KSP:
-    """Make a solver of a matrix, which it takes over. Collective."""
+def _solver(pc: PETSc.PC, name: str, matrix: PETSc.Mat, kind: str) -> PETSc.KSP:
+    """Make a solver of a matrix, which it takes over; by default of one kind. Collective."""
     solver = inner_solver(pc, name)
     solver.setType("preonly")
+    solver.getPC().setType(kind)
+    if kind == "lu":
+        solver.getPC().setFactorSolverType("mumps")
     solver.setOperators(matrix)
     solver.setFromOptions()
     solver.setUp()
@@ -209,9 +216,7 @@ def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
 
 def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     """Add to the diagonal of a matrix, where it may have no entries."""
-    diagonal = PETSc.Mat().createAIJ(
-        matrix.getSizes(), nnz=(1, 0), comm=matrix.comm
-    )
+    diagonal = PETSc.Mat().createAIJ(matrix.getSizes(), nnz=(1, 0), comm=matrix.comm)
     found = diagonal.createVecLeft()
     found.array[:] = values
     diagonal.setDiagonal(found)

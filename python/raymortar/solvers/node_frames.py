@@ -51,7 +51,10 @@ class NodeFrames:
         k = law.shape[1]
         order = np.argsort(-(by_law[:, :k] ** 2).sum(axis=1), axis=1, kind="stable")
         axes = np.empty_like(left)
-        for own, place in ((by_law[:, :k], order[:, :k]), (by_law[:, k:], order[:, k:])):
+        for own, place in (
+            (by_law[:, :k], order[:, :k]),
+            (by_law[:, k:], order[:, k:]),
+        ):
             near = np.take_along_axis(_t(own), place[:, :, None], axis=1)
             np.put_along_axis(axes, place[:, :, None], _rotation(near) @ own, axis=1)
         found = axes @ forces
