@@ -12,7 +12,7 @@ import numpy as np
 from ..compat import Array, Mask
 from ..errors import ContactError
 from ..interface.probing import product
-from ..system.condensation import ELIMINATED, Eliminated
+from ..system.condensation import ELIMINATED, Eliminated, scale
 from .node_frames import NodeFrames
 from .petsc_objects import inner_solver
 
@@ -25,7 +25,7 @@ class CondensedPreconditioner:
     Where contact is closed, rows of the law determine as many displacements of the slave.
     The others are those of bodies that are tied there, or slide. Their stiffness S has
     tests in balance with the slave's rows, and displacements that the slave follows
-    [theory (4.32)]. It is as symmetric as that of the bodies alone, and what
+    [theory (4.33)]. It is as symmetric as that of the bodies alone, and what
     preconditions those serves it.
 
     Attributes
@@ -91,8 +91,8 @@ class CondensedPreconditioner:
         # The rows of nodes where no law is evaluated are their own
         active = of.active.ravel().astype(float)
         combine, plain = mine(of.tests.copy()), mine(nodal.copy())
-        _scale(combine, active, None)
-        _scale(plain, 1.0 - active, None)
+        scale(combine, active, None)
+        scale(plain, 1.0 - active, None)
         combine.axpy(1.0, plain, _OTHER)
         frames = NodeFrames(of.shares, _translated(A, of, combine))
         by_law = frames.determined.ravel().astype(float)
@@ -105,20 +105,20 @@ class CondensedPreconditioner:
         _add_diagonal(tests, beside)
         # Rows of a slave node combine those of nodes beside it: not in free directions
         others = mine(combine.copy())
-        _scale(others, None, beside)
+        scale(others, None, beside)
         own = mine(of_nodes(frames.rows).matMult(nodal))
         free = mine(axes.matMult(mine(others.matMult(tests))))
         free.aypx(-1.0, own, _OTHER)
-        _scale(free, 1.0 - by_law, None)
+        scale(free, 1.0 - by_law, None)
         tests.axpy(1.0, mine(of.law.matMult(free)), _OTHER)
 
         # Hats in the directions of a node, of which those that are determined follow
         hats = mine(mine(axes.matMult(combine)).transpose(PETSc.Mat()))
         at_nodes = mine(hats.copy())
-        _scale(at_nodes, 1.0 - beside, 1.0 - by_law)
+        scale(at_nodes, 1.0 - beside, 1.0 - by_law)
         displacements = at_nodes.matMult(nodal)
         _add_diagonal(displacements, beside)
-        _scale(hats, None, by_law)
+        scale(hats, None, by_law)
         follow = mine(axes.matMult(mine(of.spread.transpose(PETSc.Mat()))))
         displacements.axpy(1.0, mine(hats.matMult(follow)), _OTHER)
 
@@ -202,16 +202,6 @@ def _block_diagonal(blocks: Array, comm: PETSc.Comm) -> PETSc.Mat:
     matrix.setValuesCSR(offsets, columns, blocks.ravel())
     matrix.assemble()
     return matrix
-
-
-def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
-    """Multiply rows and columns of a matrix."""
-    of_columns, of_rows = matrix.createVecs()
-    of_rows.array[:] = 1.0 if left is None else left
-    of_columns.array[:] = 1.0 if right is None else right
-    matrix.diagonalScale(of_rows, of_columns)
-    of_rows.destroy()
-    of_columns.destroy()
 
 
 def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compat import Array
+from ..discretization.joined import Places
 
 # Share of a multiplier that its row leaves to forces, below which the row determines the
 # displacement: 0 in closed contact, 1 in open contact, between them across the slip
@@ -41,7 +42,7 @@ class NodeFrames:
             self._take(at, m - k, left[at], sizes[at], right[at], answers[at])
 
     def _take(
-        self, at: Array, f: int, left: Array, sizes: Array, right: Array, answers: Array
+        self, at: Places, f: int, left: Array, sizes: Array, right: Array, answers: Array
     ) -> None:
         """Take nodes with f rows of forces."""
         rows = _t(left)

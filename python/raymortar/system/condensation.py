@@ -42,6 +42,16 @@ def rows_of_tests(zone: ZoneData) -> Array:
     return np.concatenate([corners + 0.25 * middle, 0.5 * middle])
 
 
+def scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
+    """Multiply rows and columns of a matrix."""
+    of_columns, of_rows = matrix.createVecs()
+    of_rows.array[:] = 1.0 if left is None else left
+    of_columns.array[:] = 1.0 if right is None else right
+    matrix.diagonalScale(of_rows, of_columns)
+    of_rows.destroy()
+    of_columns.destroy()
+
+
 @dataclass
 class Eliminated:
     """Holds what multipliers were in a condensed tangent. m components a node.
@@ -221,22 +231,12 @@ class Condensation:
         sums = product(self._near, known)
         left = np.where(extends & (sums > 0.0), 1.0 / np.maximum(sums, 1.0), 0.0)
         self._extends = self._near.copy()
-        self._scale(self._extends, left, known)
+        scale(self._extends, left, known)
         self._extends.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, False)
         diagonal = self._extends.getDiagonal()
         diagonal.array[:] += known
         self._extends.setDiagonal(diagonal)
         diagonal.destroy()
-
-    @staticmethod
-    def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
-        """Multiply rows and columns of a matrix."""
-        of_columns, of_rows = matrix.createVecs()
-        of_rows.array[:] = 1.0 if left is None else left
-        of_columns.array[:] = 1.0 if right is None else right
-        matrix.diagonalScale(of_rows, of_columns)
-        of_rows.destroy()
-        of_columns.destroy()
 
     # Equations
 
@@ -266,15 +266,15 @@ class Condensation:
         had of multipliers."""
         uu, ul, lu, ll = self._parts(A, range(4))
         change = self.tests.matMult(uu)
-        self._scale(change, self._by_force, None)
+        scale(change, self._by_force, None)
         if self._extends is not None:
             change, inner = self._extends.matMult(change), change
             inner.destroy()
         eliminated = self._eliminated(ul, ll)
         law = self._law.copy()
-        self._scale(law, None, self._by_law)
+        scale(law, None, self._by_law)
         for kept, added in ((uu, lu), (ul, ll)):
-            self._scale(kept, self._keeps, None)
+            scale(kept, self._keeps, None)
             rows = law.matMult(added)
             kept.axpy(1.0, rows, _OTHER)
             rows.destroy()
@@ -290,7 +290,7 @@ class Condensation:
             spread = forces.copy()
         else:
             spread = forces.matMult(self._extends)
-        self._scale(spread, self._keeps, self._by_force)
+        scale(spread, self._keeps, self._by_force)
         m = self._system.parts[0].layout.components
         offsets, columns, values = law.getDiagonalBlock().getValuesCSR()
         own = sparse.csr_matrix((values, columns, offsets), (self._count,) * 2)

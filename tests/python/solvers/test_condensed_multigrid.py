@@ -58,16 +58,18 @@ def of_bodies(problem):
 
 @pytest.mark.mpi(where=lambda cell, **_: cell == "tetrahedron")
 @pytest.mark.parametrize(
-    "cell, degree, mu, overhang",
+    "cell, degree, mu, overhang, n",
     [
-        ("tetrahedron", 1, 0.2, 0.0),
-        ("hexahedron", 1, None, 0.0),
-        ("hexahedron", 2, 0.2, 0.3),
-        ("tetrahedron", 2, None, 0.0),
+        ("tetrahedron", 1, 0.2, 0.0, 4),
+        ("hexahedron", 1, None, 0.0, 4),
+        ("tetrahedron", 2, None, 0.0, 3),
+        ("tetrahedron", 2, None, 0.0, 4),
+        ("hexahedron", 2, 0.2, 0.3, 3),
+        ("hexahedron", 2, 0.2, 0.3, 4),
     ],
 )
-def test_contact_takes_the_iterations_of_its_bodies(cell, degree, mu, overhang):
-    blocks = pressed(cell, degree, mu, overhang=overhang)
+def test_contact_takes_the_iterations_of_its_bodies(cell, degree, mu, overhang, n):
+    blocks = pressed(cell, degree, mu, overhang=overhang, divisions=(n - 1, n))
     blocks.load.value[-1], blocks.load.value[0] = -0.04, 0.0 if mu is None else 0.02
     problem = blocks.condensed()
     A = tangent(problem)
