@@ -63,11 +63,12 @@ class CondensedPreconditioner:
         self.reset(pc)
         with ExitStack() as temporary:
             determined = self._split(A, eliminated, temporary)
-        S = self._tests.matMatMult(A, self._displacements)
-        diagonal = S.getDiagonal()
+        product_of_all = self._tests.matMatMult(A, self._displacements)
+        diagonal = product_of_all.getDiagonal()
         diagonal.array[determined] = diagonal.norm(PETSc.NormType.NORM_INFINITY)
-        S.setDiagonal(diagonal)
+        product_of_all.setDiagonal(diagonal)
         diagonal.destroy()
+        S = _without_zeros(product_of_all)
         S.setBlockSize(A.getBlockSize())
         has_hypre = PETSc.Sys.hasExternalPackage("hypre")
         self.bodies = _solver(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
@@ -174,6 +175,21 @@ def _solver(pc: PETSc.PC, name: str, matrix: PETSc.Mat, kind: str) -> PETSc.KSP:
     solver.setUp()
     matrix.destroy()
     return solver
+
+
+def _without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
+    """Take the entries that are not zero, off a matrix that is destroyed: of a tangent a
+    third is room for other partners."""
+    offsets, columns, values = matrix.getValuesCSR()
+    used = values != 0.0
+    counts = np.concatenate([[0], np.cumsum(used)])
+    found = PETSc.Mat().createAIJ(
+        matrix.getSizes(),
+        csr=(counts[offsets].astype(PETSc.IntType), columns[used], values[used]),
+        comm=matrix.comm,
+    )
+    matrix.destroy()
+    return found
 
 
 def _translated(A: PETSc.Mat, of: Eliminated, combine: PETSc.Mat) -> Array:

@@ -42,7 +42,13 @@ class NodeFrames:
             self._take(at, m - k, left[at], sizes[at], right[at], answers[at])
 
     def _take(
-        self, at: Places, f: int, left: Array, sizes: Array, right: Array, answers: Array
+        self,
+        at: Places,
+        f: int,
+        left: Array,
+        sizes: Array,
+        right: Array,
+        answers: Array,
     ) -> None:
         """Take nodes with f rows of forces."""
         rows = _t(left)
