@@ -14,7 +14,7 @@ from ..errors import ContactError
 from ..interface.probing import product
 from ..system.condensation import ELIMINATED, Eliminated, scale
 from .node_frames import NodeFrames
-from .petsc_objects import inner_solver
+from .petsc_objects import finished
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
@@ -71,11 +71,11 @@ class CondensedPreconditioner:
         S = _without_zeros(product_of_all)
         S.setBlockSize(A.getBlockSize())
         has_hypre = PETSc.Sys.hasExternalPackage("hypre")
-        self.bodies = _solver(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
+        self.bodies = finished(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
         if self._rows.getSize()[0]:
             self._answers = self._rows.matMult(A)
             on_slave = self._answers.matMult(self._hats)
-            self.law = _solver(pc, "law_", on_slave, "lu")
+            self.law = finished(pc, "law_", on_slave, "lu")
 
     def _split(self, A: PETSc.Mat, of: Eliminated, temporary: ExitStack) -> Mask:
         """Make the matrices that split rows and displacements; which of the owned ones
@@ -161,20 +161,6 @@ class CondensedPreconditioner:
     def destroy(self, pc: PETSc.PC) -> None:
         """Free all, as PETSc asks at the end. Collective."""
         self.reset(pc)
-
-
-def _solver(pc: PETSc.PC, name: str, matrix: PETSc.Mat, kind: str) -> PETSc.KSP:
-    """Make a solver of a matrix, which it takes over; by default of one kind. Collective."""
-    solver = inner_solver(pc, name)
-    solver.setType("preonly")
-    solver.getPC().setType(kind)
-    if kind == "lu":
-        solver.getPC().setFactorSolverType("mumps")
-    solver.setOperators(matrix)
-    solver.setFromOptions()
-    solver.setUp()
-    matrix.destroy()
-    return solver
 
 
 def _without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
