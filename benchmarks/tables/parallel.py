@@ -198,6 +198,23 @@ def _seconds(value: str) -> str:
     return f"{float(value):.0f}" if float(value) >= 100 else f"{float(value):.1f}"
 
 
+@table("parallel/condensed.csv")
+def condensed_contact(rows: list[Row]) -> Table:
+    """Krylov iterations of condensed contact beside those of its bodies."""
+    lines = [
+        ["cells", "master", "friction", "unknowns", "Newton", "hypre"]
+        + ["condensed", "most", "s", "alone", "times alone"]
+    ]
+    names = {"hexahedron": "hexahedra", "tetrahedron": "tetrahedra"}
+    for row in rows:
+        ratio = float(row["condensed"]) / float(row["alone"])
+        cells = [f"{names[row['cell']]} {row['degree']}", row["master"]]
+        cells += [row["friction"], spaced(row["unknowns"]), row["newton"]]
+        cells += [row["hypre"], f"**{row['condensed']}**", row["most"]]
+        lines.append([*cells, row["seconds"], row["alone"], f"{ratio:.2f}"])
+    return lines
+
+
 # Rows that the page shows of the older options, by method and friction
 _SHOWN = {("augmented", "none"): (12535, 88039, 284119)}
 _SHOWN |= {("augmented", "Coulomb"): (89289,)}

@@ -17,7 +17,7 @@ from .discretization.unknowns import Lacking
 from .errors import ContactError, SetUpError, described, raise_everywhere, together
 from .options.methods import has_dual_multiplier
 from .problem import CoupledProblem
-from .system.condensation import Condensation
+from .system.condensation import ELIMINATED, Condensation
 
 # Name under which a matrix carries its pattern
 _PATTERN = "raymortar_pattern"
@@ -141,9 +141,13 @@ class CondensedProblem:
         if not (self._is_balanced and self.comm.allreduce(same, op=MPI.LAND)):
             self._balance(x)
         self.coupled.J(self._x, self._A)
-        found = self._condensation.tangent(self._A)
+        found, eliminated = self._condensation.tangent(self._A)
         self._give(found, A)
         found.destroy()
+        before = A.getAttr(ELIMINATED)
+        if before is not None:
+            before.spread.destroy()
+        A.setAttr(ELIMINATED, eliminated)
 
     def _balance(self, x: PETSc.Vec) -> tuple[Lacking, Array]:
         """Take over an iterate, with the multipliers that balance its slave nodes.

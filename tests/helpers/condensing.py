@@ -45,14 +45,19 @@ class Pressed:
 
 
 def pressed(
-    cell, degree=1, mu=None, material="neo-hookean", overhang=0.0, lower=1.3, **options
+    cell,
+    degree=1,
+    mu=None,
+    material="neo-hookean",
+    overhang=0.0,
+    lower=1.3,
+    divisions=(3, 4),
+    **options,
 ):
     """Make the blocks; overhang is how far the upper one is beside the lower, of a
     width."""
-    dim = DIMENSION[cell]
-    scene = two_blocks(
-        COMM, dim, cell, 3, 4, lower_size=lower, upper_size=1.0, overhang=overhang
-    )
+    dim, sizes = DIMENSION[cell], {"lower_size": lower, "upper_size": 1.0}
+    scene = two_blocks(COMM, dim, cell, *divisions, overhang=overhang, **sizes)
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
     F, _, _ = residual(scene, u, material, {"lower": 5.0, "upper": 1.0})

@@ -86,6 +86,8 @@ BEFORE: dict[str, list[str | None]] = {
         "dual = raymortar.AugmentedLagrangian(condition='nodes', multiplier='dual')\n"
         "contact = raymortar.Contact(u, facets, pairs, dual)\n"
         "problem = raymortar.CondensedProblem(F, u, contact, bcs=bcs)",
+        "from types import SimpleNamespace\nfrom petsc4py import PETSc\n"
+        "solver = SimpleNamespace(krylov_solver=PETSc.KSP().create(mesh.comm))",
     ],
     "docs/dynamics.md": [
         "rho, v0, history, energy = 1.0, fem.Function(V), None, energy * ufl.dx\n"

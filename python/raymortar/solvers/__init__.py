@@ -8,6 +8,7 @@
 - lagged_factors: GMRES with the factors of an earlier tangent
 - elimination, levels: preconditioners that eliminate multipliers, also one with the
   levels of the bodies
+- condensed, node_frames: a preconditioner of condensed systems
 - petsc_objects: PETSc options, and solvers within solvers
 """
 
@@ -20,6 +21,7 @@ from .automatic import (
     linear_options,
     with_fallback,
 )
+from .condensed import CondensedPreconditioner
 from .elimination import (
     SPRINGS,
     BodiesPreconditioner,
@@ -34,6 +36,7 @@ from .petsc_objects import attach
 
 __all__ = [
     "BodiesPreconditioner",
+    "CondensedPreconditioner",
     "ContactPreconditioner",
     "KeptFactorsSolver",
     "LaggedFactorsSolver",

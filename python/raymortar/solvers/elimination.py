@@ -18,7 +18,7 @@ from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from .levels import BodiesLevels, near_nullspace, set_levels, sides
-from .petsc_objects import KnowsProblem, inner_solver
+from .petsc_objects import KnowsProblem, finished, inner_solver
 
 # Stiffness of the springs that stand for closed contact, over that of the volume at its
 # surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
@@ -247,13 +247,7 @@ class BodiesPreconditioner(ContactPreconditioner):
             self._near_rows = _rows_near_contact(self.contact)
         at = (self._near_rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
         rows = PETSc.IS().createGeneral(at, comm=A.comm)
-        part = A.createSubMatrix(rows, rows)
-        self._near_contact = inner_solver(pc, "near_")
-        self._near_contact.setType("preonly")
-        self._near_contact.setOperators(part)
-        self._near_contact.setFromOptions()
-        self._near_contact.setUp()
-        part.destroy()  # the solver has it
+        self._near_contact = finished(pc, "near_", A.createSubMatrix(rows, rows))
         self._cycles = 0
 
     def _renew(self, prefix: str) -> None:

@@ -185,6 +185,24 @@ def inner_solver(outer: PETSc.KSP | PETSc.PC, name: str) -> PETSc.KSP:
     return ksp
 
 
+def finished(
+    outer: PETSc.PC, name: str, matrix: PETSc.Mat, kind: str | None = None
+) -> PETSc.KSP:
+    """Make an inner solver of a matrix, which it takes over, by default with one
+    preconditioner. Collective."""
+    ksp = inner_solver(outer, name)
+    ksp.setType("preonly")
+    ksp.setOperators(matrix)
+    if kind is not None:
+        ksp.getPC().setType(kind)
+    if kind == "lu":
+        ksp.getPC().setFactorSolverType("mumps")
+    ksp.setFromOptions()
+    ksp.setUp()
+    matrix.destroy()
+    return ksp
+
+
 def new_prefix(kind: str) -> str:
     """Make a prefix that no other solver has, or one would set the other's options."""
     return f"raymortar_{kind}_{next(_counter)}_"

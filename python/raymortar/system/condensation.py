@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+from scipy import sparse
 
 from ..compat import Array, Mask
 from ..discretization.layout import Layout
@@ -22,6 +24,9 @@ _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
 Rows = npt.NDArray[np.int64]
 
+# Name under which a matrix carries what was eliminated from it
+ELIMINATED = "raymortar_eliminated"
+
 
 def rows_of_tests(zone: ZoneData) -> Array:
     """Test functions of gaps at the displacement's nodes of a facet, (n, nodes): rows of
@@ -35,6 +40,43 @@ def rows_of_tests(zone: ZoneData) -> Array:
         return values
     corners, middle = values[:2], values[2:]
     return np.concatenate([corners + 0.25 * middle, 0.5 * middle])
+
+
+def scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
+    """Multiply rows and columns of a matrix."""
+    of_columns, of_rows = matrix.createVecs()
+    of_rows.array[:] = 1.0 if left is None else left
+    of_columns.array[:] = 1.0 if right is None else right
+    matrix.diagonalScale(of_rows, of_columns)
+    of_rows.destroy()
+    of_columns.destroy()
+
+
+@dataclass
+class Eliminated:
+    """Holds what multipliers were in a condensed tangent. m components a node.
+
+    Attributes
+    ----------
+    tests
+        Matrix by which the user's rows combine to those of multipliers; by its transpose
+        a value at a node gives displacements: hats.
+    law
+        Matrix that puts rows of multipliers into those of slave nodes.
+    spread
+        Forces on the user's rows by a force on the rows of a multiplier.
+    shares
+        Derivatives of a node's rows by the forces on it, (nodes, m, m): the identity where
+        contact is open.
+    active
+        Where the law is evaluated, (nodes, m).
+    """
+
+    tests: PETSc.Mat
+    law: PETSc.Mat
+    spread: PETSc.Mat
+    shares: Array
+    active: Mask
 
 
 class Condensation:
@@ -189,22 +231,12 @@ class Condensation:
         sums = product(self._near, known)
         left = np.where(extends & (sums > 0.0), 1.0 / np.maximum(sums, 1.0), 0.0)
         self._extends = self._near.copy()
-        self._scale(self._extends, left, known)
+        scale(self._extends, left, known)
         self._extends.setOption(PETSc.Mat.Option.NEW_NONZERO_LOCATION_ERR, False)
         diagonal = self._extends.getDiagonal()
         diagonal.array[:] += known
         self._extends.setDiagonal(diagonal)
         diagonal.destroy()
-
-    @staticmethod
-    def _scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
-        """Multiply rows and columns of a matrix."""
-        of_columns, of_rows = matrix.createVecs()
-        of_rows.array[:] = 1.0 if left is None else left
-        of_columns.array[:] = 1.0 if right is None else right
-        matrix.diagonalScale(of_rows, of_columns)
-        of_rows.destroy()
-        of_columns.destroy()
 
     # Equations
 
@@ -229,18 +261,20 @@ class Condensation:
         of_lam.destroy()
         return self.residual(whole)
 
-    def tangent(self, A: PETSc.Mat) -> PETSc.Mat:
-        """Matrix of the user's unknowns from the tangent of all: a new one."""
+    def tangent(self, A: PETSc.Mat) -> tuple[PETSc.Mat, Eliminated]:
+        """Matrix of the user's unknowns from the tangent of all: a new one, and what it
+        had of multipliers."""
         uu, ul, lu, ll = self._parts(A, range(4))
         change = self.tests.matMult(uu)
-        self._scale(change, self._by_force, None)
+        scale(change, self._by_force, None)
         if self._extends is not None:
             change, inner = self._extends.matMult(change), change
             inner.destroy()
+        eliminated = self._eliminated(ul, ll)
         law = self._law.copy()
-        self._scale(law, None, self._by_law)
+        scale(law, None, self._by_law)
         for kept, added in ((uu, lu), (ul, ll)):
-            self._scale(kept, self._keeps, None)
+            scale(kept, self._keeps, None)
             rows = law.matMult(added)
             kept.axpy(1.0, rows, _OTHER)
             rows.destroy()
@@ -248,7 +282,25 @@ class Condensation:
         uu.axpy(1.0, through, _OTHER)
         for matrix in (ul, lu, ll, change, law, through):
             matrix.destroy()
-        return uu
+        return uu, eliminated
+
+    def _eliminated(self, forces: PETSc.Mat, law: PETSc.Mat) -> Eliminated:
+        """Take what preconditioners need of a tangent's columns by multipliers."""
+        if self._extends is None:
+            spread = forces.copy()
+        else:
+            spread = forces.matMult(self._extends)
+        scale(spread, self._keeps, self._by_force)
+        m = self._system.parts[0].layout.components
+        offsets, columns, values = law.getDiagonalBlock().getValuesCSR()
+        own = sparse.csr_matrix((values, columns, offsets), (self._count,) * 2)
+        at = np.arange(self._count).reshape(-1, m)
+        rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
+        shares = np.array(own[rows.ravel(), others.ravel()]).reshape(rows.shape)
+        shares *= self._by_law[rows] * self._by_force[others]
+        active = self._found.reshape(-1, m)
+        shares[~active[:, :, None] & np.eye(m, dtype=bool)] = 1.0
+        return Eliminated(self.tests, self._law, spread, shares, active)
 
     def _parts(self, A: PETSc.Mat, which: Iterable[int]) -> list[PETSc.Mat]:
         """Parts of a tangent: by u and by multipliers of u's rows, then of theirs."""

@@ -1,0 +1,218 @@
+"""Preconditioner of condensed systems: multigrid for bodies that follow each other."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import Any
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from ..compat import Array, Mask
+from ..errors import ContactError
+from ..interface.probing import product
+from ..system.condensation import ELIMINATED, Eliminated, scale
+from .node_frames import NodeFrames
+from .petsc_objects import finished
+
+_OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
+
+class CondensedPreconditioner:
+    """Multigrid for tangents of `CondensedProblem`. A PETSc python PC.
+
+    Where contact is closed, rows of the law determine as many displacements of the slave.
+    The others are those of bodies that are tied there, or slide. Their stiffness S has
+    tests in balance with the slave's rows, and displacements that the slave follows
+    [theory (4.33)]. It is as symmetric as that of the bodies alone, and what
+    preconditions those serves it.
+
+    Attributes
+    ----------
+    bodies
+        KSP of S, with prefix ``displacement_`` after that of the outer one; by default
+        one cycle of BoomerAMG, or of GAMG where PETSc has no hypre. S has the rows of
+        the tangent, of which those of determined displacements are empty.
+    law
+        KSP of the rows of the law, with prefix ``law_``; by default MUMPS. None where
+        contact is open.
+    """
+
+    def __init__(self) -> None:
+        self.bodies: Any = None  # PETSc.KSP from `setUp` on, as `law`
+        self.law: Any = None
+        # Tests of S, and its displacements
+        self._tests: Any = None
+        self._displacements: Any = None
+        # Rows of the law as combinations of the tangent's, their answers, and the hats
+        # that they determine
+        self._rows: Any = None
+        self._answers: Any = None
+        self._hats: Any = None
+
+    def setUp(self, pc: PETSc.PC) -> None:
+        """Take the tangent anew. Collective."""
+        _, A = pc.getOperators()
+        eliminated = A.getAttr(ELIMINATED)
+        if eliminated is None:
+            raise ContactError(
+                "this iterative solver is for the matrices of a CondensedProblem: of "
+                'others solvers.iterative("bodies") is'
+            )
+        self.reset(pc)
+        with ExitStack() as temporary:
+            determined = self._split(A, eliminated, temporary)
+        product_of_all = self._tests.matMatMult(A, self._displacements)
+        diagonal = product_of_all.getDiagonal()
+        diagonal.array[determined] = diagonal.norm(PETSc.NormType.NORM_INFINITY)
+        product_of_all.setDiagonal(diagonal)
+        diagonal.destroy()
+        S = _without_zeros(product_of_all)
+        S.setBlockSize(A.getBlockSize())
+        has_hypre = PETSc.Sys.hasExternalPackage("hypre")
+        self.bodies = finished(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
+        if self._rows.getSize()[0]:
+            self._answers = self._rows.matMult(A)
+            on_slave = self._answers.matMult(self._hats)
+            self.law = finished(pc, "law_", on_slave, "lu")
+
+    def _split(self, A: PETSc.Mat, of: Eliminated, temporary: ExitStack) -> Mask:
+        """Make the matrices that split rows and displacements; which of the owned ones
+        the law determines. Collective."""
+
+        def mine(matrix: PETSc.Mat) -> PETSc.Mat:
+            temporary.callback(matrix.destroy)
+            return matrix
+
+        def of_nodes(blocks: Array) -> PETSc.Mat:
+            return mine(_block_diagonal(blocks, A.comm))
+
+        nodal = mine(of.law.transpose(PETSc.Mat()))
+        # The rows of nodes where no law is evaluated are their own
+        active = of.active.ravel().astype(float)
+        combine, plain = mine(of.tests.copy()), mine(nodal.copy())
+        scale(combine, active, None)
+        scale(plain, 1.0 - active, None)
+        combine.axpy(1.0, plain, _OTHER)
+        frames = NodeFrames(of.shares, _translated(A, of, combine))
+        by_law = frames.determined.ravel().astype(float)
+        axes = of_nodes(frames.axes)
+        beside = 1.0 - product(of.law, np.ones(len(by_law)))
+
+        # Forces on other rows, without those by multipliers that forces tell
+        tests = mine(of.spread.matMult(of_nodes(frames.forces))).matMult(nodal)
+        tests.scale(-1.0)
+        _add_diagonal(tests, beside)
+        # Rows of a slave node combine those of nodes beside it: not in free directions
+        others = mine(combine.copy())
+        scale(others, None, beside)
+        own = mine(of_nodes(frames.rows).matMult(nodal))
+        free = mine(axes.matMult(mine(others.matMult(tests))))
+        free.aypx(-1.0, own, _OTHER)
+        scale(free, 1.0 - by_law, None)
+        tests.axpy(1.0, mine(of.law.matMult(free)), _OTHER)
+
+        # Hats in the directions of a node, of which those that are determined follow
+        hats = mine(mine(axes.matMult(combine)).transpose(PETSc.Mat()))
+        at_nodes = mine(hats.copy())
+        scale(at_nodes, 1.0 - beside, 1.0 - by_law)
+        displacements = at_nodes.matMult(nodal)
+        _add_diagonal(displacements, beside)
+        scale(hats, None, by_law)
+        follow = mine(axes.matMult(mine(of.spread.transpose(PETSc.Mat()))))
+        displacements.axpy(1.0, mine(hats.matMult(follow)), _OTHER)
+
+        first, last = own.getOwnershipRange()
+        at = (np.flatnonzero(by_law) + first).astype(PETSc.IntType)
+        determined = mine(PETSc.IS().createGeneral(at, comm=A.comm))
+        begin, end = A.getOwnershipRange()
+        all_rows = mine(PETSc.IS().createStride(end - begin, begin, 1, comm=A.comm))
+        self._rows = own.createSubMatrix(determined, all_rows)
+        self._hats = hats.createSubMatrix(all_rows, determined)
+        self._tests, self._displacements = tests, displacements
+        return product(of.law, by_law) > 0.0
+
+    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Solve for the bodies, then for what the law determines. Collective."""
+        right, found = x.duplicate(), x.duplicate()
+        self._tests.mult(x, right)
+        self.bodies.solve(right, found)
+        self._displacements.mult(found, y)
+        if self.law is not None:
+            rest, lacking = self.law.getOperators()[0].createVecs()
+            self._rows.mult(x, rest)
+            self._answers.mult(y, lacking)
+            rest.axpy(-1.0, lacking)
+            self.law.solve(rest, lacking)
+            self._hats.multAdd(lacking, y, y)
+            for vector in (rest, lacking):
+                vector.destroy()
+        for vector in (right, found):
+            vector.destroy()
+
+    def reset(self, pc: PETSc.PC) -> None:
+        """Forget the tangent, as the next one may have another pattern. Collective."""
+        for name, thing in vars(self).items():
+            if thing is not None:
+                thing.destroy()
+            setattr(self, name, None)
+
+    def destroy(self, pc: PETSc.PC) -> None:
+        """Free all, as PETSc asks at the end. Collective."""
+        self.reset(pc)
+
+
+def _without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
+    """Take the entries that are not zero, off a matrix that is destroyed: of a tangent a
+    third is room for other partners."""
+    offsets, columns, values = matrix.getValuesCSR()
+    used = values != 0.0
+    counts = np.concatenate([[0], np.cumsum(used)])
+    found = PETSc.Mat().createAIJ(
+        matrix.getSizes(),
+        csr=(counts[offsets].astype(PETSc.IntType), columns[used], values[used]),
+        comm=matrix.comm,
+    )
+    matrix.destroy()
+    return found
+
+
+def _translated(A: PETSc.Mat, of: Eliminated, combine: PETSc.Mat) -> Array:
+    """Derivatives of the rows of slave nodes by translations of the slave surface,
+    (nodes, m, m). Collective."""
+    n, m, _ = of.shares.shape
+    found = np.empty((n, m, m))
+    for i in range(m):
+        unit = np.tile(np.eye(m)[i], n)
+        moved = product(A, product(combine, unit, transposed=True))
+        found[:, :, i] = product(of.law, moved, transposed=True).reshape(n, m)
+    return found * of.active[:, None, :]
+
+
+def _block_diagonal(blocks: Array, comm: PETSc.Comm) -> PETSc.Mat:
+    """Matrix with one block for each node of this rank."""
+    n, m, _ = blocks.shape
+    matrix = PETSc.Mat().create(comm)
+    matrix.setSizes(((n * m, None), (n * m, None)))
+    matrix.setType(PETSc.Mat.Type.AIJ)
+    matrix.setPreallocationNNZ((m, 0))
+    begin, _ = matrix.getOwnershipRange()
+    columns = begin + np.arange(n * m).reshape(n, 1, m)
+    columns = np.broadcast_to(columns, (n, m, m)).ravel().astype(PETSc.IntType)
+    offsets = np.arange(0, n * m * m + 1, m).astype(PETSc.IntType)
+    matrix.setValuesCSR(offsets, columns, blocks.ravel())
+    matrix.assemble()
+    return matrix
+
+
+def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
+    """Add to the diagonal of a matrix, where it may have no entries."""
+    diagonal = PETSc.Mat().createAIJ(matrix.getSizes(), nnz=(1, 0), comm=matrix.comm)
+    found = diagonal.createVecLeft()
+    found.array[:] = values
+    diagonal.setDiagonal(found)
+    diagonal.assemble()
+    matrix.axpy(1.0, diagonal, _OTHER)
+    found.destroy()
+    diagonal.destroy()
