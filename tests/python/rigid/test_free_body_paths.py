@@ -198,6 +198,28 @@ def test_a_wheel_rolls_its_circumference(monkeypatch):
     assert wheel.translation[0] == pytest.approx(stop, abs=1e-6)
 
 
+@pytest.mark.parametrize("extrapolate", (False, True))
+def test_a_wheel_that_is_led_down_a_slope_rolls(monkeypatch, extrapolate):
+    """Each step begins off the slope: that is no flight, and slip goes on."""
+    monkeypatch.setattr(rigid_scenes, "NU", 0.49)
+    slope, radius, way = 0.3, 0.3, 0.2
+    along = np.array([np.cos(slope), -np.sin(slope)])
+    away = np.array([np.sin(slope), np.cos(slope)])
+    place = 0.25 * along + (1.0 + radius) * away
+    wheel = rigid.Body(rigid.Circle(place, radius), free=("y", "r"), force=(0.0, -0.25))
+    turned = (0.0, 0.0, -slope), np.zeros(3)
+    found = press("quadrilateral", wheel, n=12, move=turned, **FRICTION)
+    solver = SNESSolver(found.problem)
+    LoadSteps(solver, lambda t: None, 1).run()
+    start = wheel.rotation[2]
+
+    def lead(t):
+        wheel.move((way * along[0] * t, 0.0))
+
+    LoadSteps(solver, lead, 4, extrapolate=extrapolate).run()
+    assert wheel.rotation[2] - start == pytest.approx(-way / radius, rel=0.01)
+
+
 def test_a_body_that_nothing_stops_is_told():
     away = rigid.Body(shapes(2, -0.3)["circle"], free=("y",), force=(0.0, 1.0))
     found = press("triangle", away, **NORMAL)
