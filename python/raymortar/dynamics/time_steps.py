@@ -245,6 +245,9 @@ class TimeSteps(LoadSteps):
             contact.update()
             self._account.go_on(End(solved, end, v, a), row)
 
+    def _warn_of_velocities(self) -> None:
+        """Say nothing: a velocity without mass has been refused."""
+
     # Path
 
     def _new_path(self) -> PrescribedPath:

@@ -238,6 +238,7 @@ class LoadSteps:
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options, self._stabilization)
         ways.rejected = partial(self._tell, self.on_reject)
+        self._warn_of_velocities()
         tools, doubts = ToolsOnPath(contact), Doubts(problem)
         last, snapped, effort = None, False, Effort(problem)
         tools.look()
@@ -303,6 +304,17 @@ class LoadSteps:
                 text = watcher.path_ended()
                 if text is not None:
                     warnings.warn(text, ContactWarning, stacklevel=3)
+
+    def _warn_of_velocities(self) -> None:
+        """Warn of velocities of free bodies, which have no inertia here."""
+        for body in self._problem.contact.layout.bodies:
+            if body.freedom.velocity.any():
+                text = (
+                    f"LoadSteps has no inertia and leaves out the velocity = "
+                    f"{body.velocity} of the rigid {body.name}: dynamics.TimeSteps takes "
+                    "it, and Body.move prescribes a motion"
+                )
+                warnings.warn(text, ContactWarning, stacklevel=4)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""

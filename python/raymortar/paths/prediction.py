@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..diagnose.failure import FAILURES
 from ..interface.state import State
 from .load_path import PrescribedPath
 
@@ -95,12 +96,15 @@ class Prediction:
         return bool(lack < pending or lack <= ROUNDING * size)
 
     def _imbalance(self) -> float:
-        """Sum up what is out of balance at the present state. Force. Collective."""
+        """Sum up what is out of balance at the present state, infinite where no solve
+        can start. Force. Collective."""
         problem: Any = self._problem
-        x, b = problem.start(), problem.create_vector()
+        x, b = problem.create_vector(), problem.create_vector()
         try:
-            problem.F(x, b)
+            problem.F(problem.start(x), b)
             size: float = problem.convergence.now.norm
+        except FAILURES:
+            size = np.inf
         finally:
             x.destroy()
             b.destroy()

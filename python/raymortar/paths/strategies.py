@@ -341,9 +341,7 @@ class Strategies:
             with self._soft_stick.acting():
                 iterations = iterations_of(self.solver)
             self.used = EXTRAPOLATED if prediction.always else FULL
-        except FAILURES as failure:
-            if isinstance(failure, SetUpError):
-                raise
+        except FAILURES:
             self.restore(now)
         finally:
             convergence.patient = patient

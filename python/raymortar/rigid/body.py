@@ -233,8 +233,8 @@ class Body:
         Raises
         ------
         ContactError
-            If the values are not finite, have not the shape's dimension, or prescribe a
-            free motion.
+            If the values are not finite, have not the shape's dimension, or are not 0
+            along a free motion.
         """
         moved = _shift("translation", translation, self.shape.gdim)
         turned = _turn("rotation", rotation, self.shape.gdim)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 from typing import Any
 
 from mpi4py import MPI
@@ -12,7 +11,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactWarning, SetUpError, format_point, raise_everywhere
+from ..errors import ContactWarning, ConvergenceError, SetUpError, format_point
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
@@ -165,17 +164,18 @@ class FreeBodies:
             springs.append(stiffness[is_ahead])
         return np.concatenate(ahead), np.concatenate(springs)
 
-    def _was_ahead(self, body: Body, way: Array) -> bool:
-        """Whether a slave point was ahead of a body along a direction at the accepted
-        step. Collective."""
-        was_ahead = False
+    def _was_near(self, body: Body, way: Array, depth: float = 0.0) -> float:
+        """Least distance of slave points ahead of a body along a direction at the
+        accepted step, or in it by no more than a depth; infinite without any. Length.
+        Collective."""
+        nearest = np.inf
         for part, zone in self._met(body):
             points, surface = zone.points(), zone.facets.slave_surface
             at = points["slave"].astype(np.int32), points["xi"]
             x = positions(surface, *at, part.present.u_old.reshape(-1, surface.gdim))
             found = _cast(body, zone.motions.accepted(body), in_space(x), way)
-            was_ahead |= bool(np.any(np.isfinite(found) & (found >= 0.0)))
-        return bool(self._comm.allreduce(int(was_ahead), op=MPI.MAX))
+            nearest = min(nearest, found[found >= -depth].min(initial=np.inf))
+        return float(self._comm.allreduce(nearest, op=MPI.MIN))
 
     def _nearest(self, found: tuple[Array, Array]) -> float:
         """Least distance in a result of `_ahead`, infinite if it is empty. Length.
@@ -253,44 +253,49 @@ class FreeBodies:
         push = self.push(body)
         if push.touches:
             return False
-        way, far, force = push.flight
+        way, far, force = push.freed.flight
         if far == 0.0:
             return False
         found = self._ahead(body, way)
-        nearest, message = self._nearest(found), None
+        nearest = self._nearest(found)
         if nearest > far:
             return False  # springs hold it before
         if not np.isfinite(nearest):
-            message = (
-                f"the rigid {body.name} is pushed along "
-                f"{format_point(way, digits=3)}, and nothing stops it: no "
-                "slave facet that it meets is ahead of it. Give it stiffness, a force "
-                "towards the slave, or a place from which it sees the slave"
-            )
-        raise_everywhere(self._comm, message, SetUpError)
+            self._refuse_flight(body, way)
         freedom = body.freedom
         if np.isfinite(far):
             force *= 1.0 - nearest / far
         along = np.where(freedom.is_turn, 0.0, way[freedom.axis])
+        force -= float(along @ (push.freed.forces - push.forces))
         freedom.values = freedom.values + self._closing_distance(found, force) * along
         self._moved.add(body)
-        # Without inertia a flight takes no time, and is no slip
-        if not freedom.has_inertia:
+        # Without inertia a flight takes no time, and is no slip; but a body that lay on
+        # its slave has not flown
+        was_near = self._was_near(body, way, MOST * self._size)
+        if was_near > LEAST * self._size and not freedom.has_inertia:
             for part in self._system.parts:
                 part.present.begin_slip_here(body)
         return True
 
+    def _refuse_flight(self, body: Body, way: Array) -> None:
+        """Raise for a body that flies past its slave: a fault of the set-up, unless the
+        slave was ahead of it, or beside it, at the accepted step. Collective."""
+        nearest = self._was_near(body, way, MOST * self._size)
+        raise (ConvergenceError if np.isfinite(nearest) else SetUpError)(
+            f"the rigid {body.name} is pushed along {format_point(way, digits=3)}, and "
+            "nothing stops it: no slave facet that it meets is ahead of it. Give it "
+            "stiffness, a force towards the slave, or a place from which it sees the "
+            "slave"
+        )
+
     def _has_left(self, push: Push) -> bool:
         """Whether a body flies away from all that it meets, and would from the place of
         the accepted step. Collective."""
-        # Of loads and springs alone: before balance is found, multipliers may push a
-        # body that touches nothing
-        pushed, _ = push.body.pushed()
-        way = replace(push, forces=pushed).way
+        way = push.freed.way
         if way is None:
             return False
         is_ahead = np.isfinite(self._nearest(self._ahead(push.body, way)))
-        return not is_ahead and not self._was_ahead(push.body, way)
+        return not is_ahead and not np.isfinite(self._was_near(push.body, way))
 
     def any_left(self) -> bool:
         """Whether a body touches nothing and flies away, whatever the step.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,6 +41,12 @@ class Push:
     scale: float
     loose: Array
     touches: bool
+
+    @property
+    def freed(self) -> Push:
+        """The same with loads and springs alone: before balance is found, multipliers
+        may push a body that touches nothing."""
+        return replace(self, forces=self.body.pushed()[0])
 
     @property
     def unmet(self) -> Array:

@@ -1,5 +1,6 @@
 """Free rigid bodies with mass: flight, bounce, friction that spins them."""
 
+import warnings
 from types import SimpleNamespace
 
 import moving
@@ -12,7 +13,14 @@ from problems import COMM, worst
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import ContactError, ConvergenceError, dynamics, rigid, tools
+from raymortar import (
+    ContactError,
+    ContactWarning,
+    ConvergenceError,
+    dynamics,
+    rigid,
+    tools,
+)
 from raymortar.dynamics import GeneralizedAlpha, Midpoint, Newmark
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
@@ -179,6 +187,21 @@ def test_a_velocity_without_mass_is_refused():
     scene.ball.velocity = {"y": -1.0}
     with pytest.raises(ContactError, match="ball has velocity = .* and no mass"):
         steps_of(scene, Newmark(), 0.1, 1.0)
+
+
+def test_load_steps_warn_of_a_velocity_that_they_leave_out():
+    scene = layer(height=0.5, free=("y",))
+    scene.ball.force = (0.0, -1.0)
+    solver, velocity = (
+        scene.problem.snes_solver,
+        r"velocity = \{'y': -1.0\} of the rigid b",
+    )
+    scene.ball.velocity = {"y": -1.0}
+    with pytest.warns(ContactWarning, match=velocity):
+        raymortar.LoadSteps(solver, lambda t: None, 1).run()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message=".*" + velocity)
+        steps_of(scene, Newmark(), 0.01, 0.01).run()
 
 
 def test_a_body_in_space_that_turns_about_two_axes_is_refused():

@@ -86,6 +86,70 @@ def test_no_smaller_step_is_tried_for_a_body_that_has_left():
 
 
 @pytest.mark.mpi
+def test_a_body_off_its_slave_falls_back_whatever_multipliers_push():
+    """A start that is led too far has multipliers, and no point in contact."""
+    body = rigid.Body(
+        rigid.Circle((0.5, 1.28), 0.3), name="wheel", free=("y",), force=(0.0, -0.5)
+    )
+    found = press("triangle", body, n=4, **NORMAL)
+    solved(found)
+    height = body.translation[1]
+    body.force = (0.0, -0.4)
+    body.freedom.values[:] = height + 0.1
+    found.problem.start().destroy()
+    assert body.translation[1] == pytest.approx(height, abs=0.05)
+    solved(found)
+    assert found.contact.resultant_on(body).force[1] == pytest.approx(0.4)
+
+
+@pytest.mark.mpi
+def test_steps_are_halved_where_a_body_is_moved_past_its_slave():
+    body = rigid.Body(
+        rigid.Circle((0.5, 1.28), 0.3), name="wheel", free=("y",), force=(0.0, -0.5)
+    )
+    found = press("triangle", body, n=4, **NORMAL)
+    solved(found)
+    solver, factors = SNESSolver(found.problem), []
+    path = LoadSteps(solver, lambda t: body.move((1.6 * t, 0.0)), 1, max_halvings=2)
+    with pytest.raises(ConvergenceError, match="after 2 halvings .* wheel is pushed"):
+        for step in path:
+            factors.append(step.factor)
+    assert factors == [0.25]
+
+
+@pytest.mark.parametrize("extrapolate", (None, True))
+def test_a_predicted_start_that_none_can_take_is_dropped(monkeypatch, extrapolate):
+    body = rigid.Body(rigid.Circle((0.5, 1.28), 0.3), free=("y",), force=(0.0, -0.5))
+    found = press("triangle", body, n=4, **NORMAL)
+    contact, bodies, led = found.contact, found.contact.free_bodies, []
+    goes, returns, closes = contact.extrapolate, contact.restore, bodies.close_gaps
+
+    def extrapolated(*given):
+        led.append(given)
+        goes(*given)
+
+    def restored(state):
+        led.clear()
+        returns(state)
+
+    def closed():
+        if led:
+            raise SetUpError("nothing stops it")
+        closes()
+
+    monkeypatch.setattr(contact, "extrapolate", extrapolated)
+    monkeypatch.setattr(contact, "restore", restored)
+    monkeypatch.setattr(bodies, "close_gaps", closed)
+
+    def press_on(t):
+        body.force = (0.0, -0.5 - t)
+
+    solver = SNESSolver(found.problem)
+    path = LoadSteps(solver, press_on, 3, extrapolate=extrapolate)
+    assert len(path.run()) == 3 and path.halvings == 0
+
+
+@pytest.mark.mpi
 def test_steps_end_where_friction_is_too_small_and_say_so():
     """A wheel on the spot is driven by twice the moment that friction can have. Iterates
     beyond that fly about: no smaller step is given up for them."""
@@ -132,6 +196,28 @@ def test_a_wheel_rolls_its_circumference(monkeypatch):
     stop = wheel.translation[0]
     LoadSteps(solver, lambda t: None, 2).run()
     assert wheel.translation[0] == pytest.approx(stop, abs=1e-6)
+
+
+@pytest.mark.parametrize("extrapolate", (False, True))
+def test_a_wheel_that_is_led_down_a_slope_rolls(monkeypatch, extrapolate):
+    """Each step begins off the slope: that is no flight, and slip goes on."""
+    monkeypatch.setattr(rigid_scenes, "NU", 0.49)
+    slope, radius, way = 0.3, 0.3, 0.2
+    along = np.array([np.cos(slope), -np.sin(slope)])
+    away = np.array([np.sin(slope), np.cos(slope)])
+    place = 0.25 * along + (1.0 + radius) * away
+    wheel = rigid.Body(rigid.Circle(place, radius), free=("y", "r"), force=(0.0, -0.25))
+    turned = (0.0, 0.0, -slope), np.zeros(3)
+    found = press("quadrilateral", wheel, n=12, move=turned, **FRICTION)
+    solver = SNESSolver(found.problem)
+    LoadSteps(solver, lambda t: None, 1).run()
+    start = wheel.rotation[2]
+
+    def lead(t):
+        wheel.move((way * along[0] * t, 0.0))
+
+    LoadSteps(solver, lead, 4, extrapolate=extrapolate).run()
+    assert wheel.rotation[2] - start == pytest.approx(-way / radius, rel=0.01)
 
 
 def test_a_body_that_nothing_stops_is_told():
