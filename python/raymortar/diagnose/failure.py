@@ -43,8 +43,7 @@ _REASONS = {
 _ALIKE = 0.02
 # Its name in petsc4py has changed
 NOT_A_NUMBER = -4
-# Factor off the automatic coefficient up to which solves hardly suffer. The stiffness of
-# a state that has not converged is no better known
+# Factor off the automatic coefficient up to which solves hardly suffer
 FAR_OFF = 100.0
 # Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
 STIFFER = 10.0
@@ -205,12 +204,20 @@ def compared(contact: Contact, now: float) -> str:
 
 
 def strange_gammas(problem: CoupledProblem) -> list[str]:
-    """Sentences on coefficients far off the automatic ones. Collective."""
-    found = []
-    for contact in problem.contact.contacts:
-        now = automatic_gamma(problem, contact)
-        if now and not 1.0 / FAR_OFF <= contact.gamma_scale / now <= FAR_OFF:
-            found.append(compared(contact, now))
+    """Sentences on coefficients far off the automatic ones, with the stiffness of the
+    accepted displacement: that of an iterate may be any. Collective."""
+    contact, found = problem.contact, []
+    reached = contact.unknowns.values()
+    accepted = reached.copy()
+    accepted[contact.unknowns.u_local] = contact.u_old
+    contact.unknowns.set_values(accepted)
+    try:
+        for one in contact.contacts:
+            now = automatic_gamma(problem, one)
+            if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
+                found.append(compared(one, now))
+    finally:
+        contact.unknowns.set_values(reached)
     return found
 
 

@@ -194,3 +194,20 @@ def test_a_gamma_of_other_constants_is_named():
         assert f"gamma = {gamma:.3g} is {1.0 / factor:.3g} times" in text
         assert f"contact.set_gamma({now:.3g})" in text
         assert text in problem.describe()
+
+
+@pytest.mark.mpi
+def test_a_gamma_is_not_judged_by_an_iterate_that_ran_away():
+    """Bodies squeezed to a hundredth are more than 1e4 times as stiff."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 2, 2)
+    case = build(
+        scene,
+        material="neo-hookean",
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top")],
+    )
+    u, problem = case.problem.u, case.problem
+    u.interpolate(lambda x: -0.99 * x[:2])
+    iterate = u.x.array.copy()
+    assert strange_gammas(problem) == []
+    assert (u.x.array == iterate).all()
+    assert problem.contact.u_old.max() == 0.0
