@@ -164,7 +164,7 @@ BEFORE: dict[str, list[str | None]] = {
         "meshio.write('punch.stl', meshio.Mesh(points, [('triangle', faces)]))",
         "",
     ],
-    "docs/self_contact.md": ["names = {'skin': tag['lower_top']}", None],
+    "docs/self_contact.md": ["names = {'skin': tag['lower_top']}", "", None],
     "docs/solving.md": [
         SPACE + "def strain_of(w):\n"
         "    e = ufl.sym(ufl.grad(w))\n"
