@@ -296,7 +296,11 @@ class Condensation:
         own = sparse.csr_matrix((values, columns, offsets), (self._count,) * 2)
         at = np.arange(self._count).reshape(-1, m)
         rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
-        shares = np.array(own[rows.ravel(), others.ravel()]).reshape(rows.shape)
+        shares = np.zeros(rows.shape)
+        if at.size:  # SciPy gives no array for no entries
+            shares[:] = np.asarray(own[rows.ravel(), others.ravel()]).reshape(
+                rows.shape
+            )
         shares *= self._by_law[rows] * self._by_force[others]
         active = self._found.reshape(-1, m)
         shares[~active[:, :, None] & np.eye(m, dtype=bool)] = 1.0
