@@ -3,8 +3,9 @@
 // Eigen makes a type of every expression, and its compilation takes longer than
 // that of everything else. These operators take the place of Eigen's between
 // plain matrices of small fixed size: plain loops, one for each pair of sizes.
-// Where columns have an even length, two numbers at once, as Eigen does: a load
-// of two numbers waits where they have just been stored one by one.
+// If columns have an even length, the loops take two numbers at a time, as
+// Eigen does. Mixing both is slow: a load of two numbers waits for two single
+// stores.
 #pragma once
 
 #include <Eigen/Core>
@@ -28,8 +29,7 @@ using Plain = Eigen::Matrix<double, M, N, O, M, N>;
 
 /// So small that a copy costs nothing: Eigen's expressions save copies
 template <int M, int N>
-concept Small = M >
-0 and N > 0 and M* N <= 27;
+concept Small = (M > 0) and (N > 0) and (M * N <= 27);
 
 /// Two numbers
 using Pair [[gnu::vector_size(16)]] = double;
@@ -46,7 +46,7 @@ using Pair [[gnu::vector_size(16)]] = double;
   std::memcpy(to, &p, sizeof(Pair));
 }
 
-/// c_i = f(a_i, b_i) for N numbers, two at once where that leaves none
+/// c_i = f(a_i, b_i) for N numbers: two at a time if N is even
 template <int N, class F>
 [[gnu::always_inline]] inline void for_each(const double* a, const double* b,
                                             double* c, F&& f)
@@ -80,7 +80,8 @@ template <int K>
   }
 }
 
-/// A column of M numbers, sum_k b_k times a's column k; b's at a distance of S
+/// c = sum_k b_k a_k over columns a_k of M numbers; S is the distance between
+/// two b_k
 template <int M, int K, int S>
 [[gnu::always_inline]] inline void combine(const double* a, const double* b,
                                            double* c)

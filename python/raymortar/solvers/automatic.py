@@ -88,8 +88,8 @@ _BODIES = {
 }
 
 MULTIGRIDS = ("gamg", "bodies")
-# What "bodies" has replaced, until the next release: it took a third of their time or
-# less (docs/measured/linear_solvers.md)
+# Names that mean "bodies" until the next release: it takes at most a third of the time
+# that these took (docs/measured/linear_solvers.md)
 _REPLACED = ("gamg-bounded", "hypre")
 
 

@@ -22,9 +22,9 @@ _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 class CondensedPreconditioner:
     """Multigrid for tangents of `CondensedProblem`. A PETSc python PC.
 
-    Where contact is closed, rows of the law determine as many displacements of the slave.
-    The others are those of bodies that are tied there, or slide. Their stiffness S has
-    tests in balance with the slave's rows, and displacements that the slave follows
+    In closed contact each row of the law determines one displacement of the slave. All
+    other displacements are those of bodies that are tied there, or slide. Their stiffness
+    S has tests in balance with the slave's rows, and displacements that the slave follows
     [theory (4.33)]. It is as symmetric as that of the bodies alone, and what
     preconditions those serves it.
 

@@ -44,8 +44,8 @@ class Push:
 
     @property
     def freed(self) -> Push:
-        """The same with loads and springs alone: before balance is found, multipliers
-        may push a body that touches nothing."""
+        """This push without contact: multipliers that are not yet in balance may push a
+        body that touches nothing."""
         return replace(self, forces=self.body.pushed()[0])
 
     @property

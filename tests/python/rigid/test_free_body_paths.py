@@ -24,6 +24,13 @@ NORMAL = {"method": AugmentedLagrangian(40.0)}
 FRICTION = NORMAL | {"friction": Coulomb(0.3)}
 
 
+def lying():
+    """A wheel that its force presses on a block."""
+    circle = rigid.Circle((0.5, 1.28), 0.3)
+    body = rigid.Body(circle, name="wheel", free=("y",), force=(0.0, -0.5))
+    return body, press("triangle", body, n=4, **NORMAL)
+
+
 def test_load_steps_raise_the_force_and_record_the_body():
     body = rigid.Body(
         shapes(2, -0.3)["circle"], name="wheel", free=("y",), force=(0.0, 0.0)
@@ -88,10 +95,7 @@ def test_no_smaller_step_is_tried_for_a_body_that_has_left():
 @pytest.mark.mpi
 def test_a_body_off_its_slave_falls_back_whatever_multipliers_push():
     """A start that is led too far has multipliers, and no point in contact."""
-    body = rigid.Body(
-        rigid.Circle((0.5, 1.28), 0.3), name="wheel", free=("y",), force=(0.0, -0.5)
-    )
-    found = press("triangle", body, n=4, **NORMAL)
+    body, found = lying()
     solved(found)
     height = body.translation[1]
     body.force = (0.0, -0.4)
@@ -104,10 +108,7 @@ def test_a_body_off_its_slave_falls_back_whatever_multipliers_push():
 
 @pytest.mark.mpi
 def test_steps_are_halved_where_a_body_is_moved_past_its_slave():
-    body = rigid.Body(
-        rigid.Circle((0.5, 1.28), 0.3), name="wheel", free=("y",), force=(0.0, -0.5)
-    )
-    found = press("triangle", body, n=4, **NORMAL)
+    body, found = lying()
     solved(found)
     solver, factors = SNESSolver(found.problem), []
     path = LoadSteps(solver, lambda t: body.move((1.6 * t, 0.0)), 1, max_halvings=2)
@@ -119,8 +120,7 @@ def test_steps_are_halved_where_a_body_is_moved_past_its_slave():
 
 @pytest.mark.parametrize("extrapolate", (None, True))
 def test_a_predicted_start_that_none_can_take_is_dropped(monkeypatch, extrapolate):
-    body = rigid.Body(rigid.Circle((0.5, 1.28), 0.3), free=("y",), force=(0.0, -0.5))
-    found = press("triangle", body, n=4, **NORMAL)
+    body, found = lying()
     contact, bodies, led = found.contact, found.contact.free_bodies, []
     goes, returns, closes = contact.extrapolate, contact.restore, bodies.close_gaps
 
