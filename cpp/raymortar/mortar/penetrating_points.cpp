@@ -12,9 +12,9 @@ find_penetrating_points(const Surface& slave, const Surface& master,
 {
   const FacetDistances unlimited(0.0, std::numeric_limits<double>::infinity());
   std::vector<Index> penetrating;
-  const auto find = [&]<class S, class M>(S, M)
+  const auto find = [&]<class M>(M)
   {
-    RayCaster<S, M> caster(slave, master, unlimited, filter);
+    RayCaster<M> caster(slave, master, unlimited, filter);
     for (std::size_t q = 0; q < points.size(); ++q)
     {
       if (hits.status[q] != RayStatus::too_deep)
@@ -31,7 +31,7 @@ find_penetrating_points(const Surface& slave, const Surface& master,
         penetrating.push_back(static_cast<Index>(q));
     }
   };
-  with_geometries(slave, master, find);
+  with_geometry(master, find);
   return penetrating;
 }
 
@@ -128,7 +128,7 @@ std::vector<Index> find_points_inside_tools(const Surface& slave,
                             penetrating);
     }
   };
-  with_facet_type(slave, find);
+  with_geometry(slave, find);
   return penetrating;
 }
 } // namespace raymortar

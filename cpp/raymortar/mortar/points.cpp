@@ -153,7 +153,7 @@ std::span<const Index> rivals_of(const IntegrationPoints& points, std::size_t q)
   return points.rivals.of(points.segment[q]);
 }
 
-template <class S, class M>
+template <class M>
 Hits cast_all(const Surface& slave, const Surface& master,
               const IntegrationPoints& points, const FacetDistances& range,
               const PairFilter* filter)
@@ -163,7 +163,7 @@ Hits cast_all(const Surface& slave, const Surface& master,
             std::vector<Index>(n, no_index),
             std::vector<Vec<2>>(n, Vec<2>::Zero()),
             std::vector<double>(n, 0.0)};
-  RayCaster<S, M> caster(slave, master, range, filter);
+  RayCaster<M> caster(slave, master, range, filter);
   for (std::size_t q = 0; q < n; ++q)
   {
     if (points.seed[q] == no_index)
@@ -187,14 +187,14 @@ IntegrationPoints make_points(const Surface& slave,
                               const QuadratureRule& facet_rule, bool complement,
                               bool of_revolution)
 {
-  return with_facet_type(slave,
-                         [&]<class F>(F)
-                         {
-                           return PointMaker<F>(slave, segmentation,
-                                                segment_rules, facet_rule,
-                                                complement, of_revolution)
-                               .make();
-                         });
+  return with_geometry(slave,
+                       [&]<class F>(F)
+                       {
+                         return PointMaker<F>(slave, segmentation,
+                                              segment_rules, facet_rule,
+                                              complement, of_revolution)
+                             .make();
+                       });
 }
 
 Hits cast_rays(const Surface& slave, const Surface& master,
@@ -207,9 +207,8 @@ Hits cast_rays(const Surface& slave, const Surface& master,
                const IntegrationPoints& points, const FacetDistances& range,
                const PairFilter* filter)
 {
-  return with_geometries(
-      slave, master,
-      [&]<class S, class M>(S, M)
-      { return cast_all<S, M>(slave, master, points, range, filter); });
+  return with_geometry(
+      master, [&]<class M>(M)
+      { return cast_all<M>(slave, master, points, range, filter); });
 }
 } // namespace raymortar

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "raymortar/geometry/ray.h"
+#include "raymortar/mortar/slave_rays.h"
 #include "raymortar/pairing/pair_filter.h"
 #include <algorithm>
 
@@ -36,23 +37,22 @@ struct FacetHit
 
 /// @brief Casts the rays of one slave surface on the true deformed master.
 ///
-/// @tparam S, M Geometry of the slave's and the master's facets
+/// @tparam M Geometry of the master's facets
 ///
 /// A penetration up to `depth` counts. A default depth goes through bodies that
 /// are thin against their facets: beyond what is `certain` a penetration counts
 /// only where the old positions, those of the last accepted step, tell that the
 /// slave came from the front. They also tell which of several layers a point
 /// was paired with [theory, section 3, Layers].
-template <class S, class M>
+template <class M>
 class RayCaster
 {
 public:
-  using Point = typename S::Point;
-
   /// @param[in] filter Of surfaces that meet themselves, nullptr: none
   RayCaster(const Surface& slave, const Surface& master,
             const FacetDistances& distances, const PairFilter* filter = nullptr)
-      : _slave(slave), _master(master), _distances(distances), _filter(filter)
+      : _slave(slave), _master(master), _distances(distances), _filter(filter),
+        _rays(make_slave_rays<D>(slave))
   {
   }
 
@@ -88,22 +88,13 @@ public:
   [[nodiscard]] bool has_looked_back() const { return _has_looked_back; }
 
 private:
-  struct Ray
-  {
-    Point x;
-    Point n;
-  };
+  static constexpr int D = M::gdim;
 
   void place(Index slave, const Vec<2>& xi)
   {
-    if (slave != _facet)
-    {
-      _facet = slave;
-      _nodes = _slave.template nodes<S>(_slave.x, slave);
-    }
-    _xi = xi.template head<S::tdim>();
-    const auto frame = frame_at<S>(_nodes, _xi);
-    _ray = {frame.x, frame.n};
+    _facet = slave;
+    _xi = xi;
+    _ray = _rays->now(slave, xi);
   }
 
   /// The hit that is reached from a facet, if it counts
@@ -119,7 +110,7 @@ private:
   }
 
   /// Follow a ray from facet to facet until it lands inside one
-  [[nodiscard]] FacetHit<M> walk(const Ray& ray, Index facet,
+  [[nodiscard]] FacetHit<M> walk(const Ray<D>& ray, Index facet,
                                  const std::vector<double>& positions)
   {
     FacetHit<M> found;
@@ -215,7 +206,7 @@ private:
     return RayStatus::hit;
   }
 
-  [[nodiscard]] double facing(const Ray& ray, const FacetHit<M>& found,
+  [[nodiscard]] double facing(const Ray<D>& ray, const FacetHit<M>& found,
                               const std::vector<double>& positions) const
   {
     const auto nodes = _master.template nodes<M>(positions, found.facet);
@@ -328,9 +319,7 @@ private:
   void look_back()
   {
     _has_looked_back = true;
-    const auto frame =
-        frame_at<S>(_slave.template nodes<S>(_slave.x_old, _facet), _xi);
-    const Ray ray{frame.x, frame.n};
+    const Ray<D> ray = _rays->before(_facet, _xi);
     _past.clear();
     for (const FacetHit<M>& layer : _layers)
     {
@@ -349,10 +338,10 @@ private:
   const Surface& _master;
   const FacetDistances& _distances;
   const PairFilter* _filter;
-  Index _facet = no_index;
-  typename S::NodeMatrix _nodes;
-  typename S::RefPoint _xi;               ///< of the present point
-  Ray _ray;                               ///< of the present point
+  std::unique_ptr<SlaveRays<D>> _rays;
+  Index _facet = no_index;                ///< of the present point
+  Vec<2> _xi = Vec<2>::Zero();            ///< of the present point
+  Ray<D> _ray;                            ///< of the present point
   std::array<Index, max_hops> _visited{}; ///< facets of the last walk
   std::size_t _hops = 0;
   std::vector<FacetHit<M>> _layers; ///< that the present ray meets

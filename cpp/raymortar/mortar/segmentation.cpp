@@ -355,7 +355,7 @@ private:
   const Surface& _master;
   SegmentationOptions _options;
   std::span<const Patch> _patches, _master_patches;
-  RayCaster<S, M> _rays;
+  RayCaster<M> _rays;
   Index _facet = no_index; ///< the present one
   SearchDistances _range;  ///< of it
   std::vector<Piece<D>> _pieces;

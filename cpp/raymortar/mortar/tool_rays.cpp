@@ -81,8 +81,8 @@ Hits cast_on_tools(const Surface& slave, std::span<const PlacedTool> tools,
             std::vector<Vec<3>>(n, Vec<3>::Zero()),
             std::vector<Mat<3, 3>>(n, Mat<3, 3>::Zero()),
             std::vector<std::int8_t>(n, 0)};
-  const auto rays = with_facet_type(slave, [&]<class F>(F)
-                                    { return rays_of<F>(slave, points); });
+  const auto rays = with_geometry(slave, [&]<class F>(F)
+                                  { return rays_of<F>(slave, points); });
   for (std::size_t k = 0; k < tools.size(); ++k)
   {
     const std::vector<ToolHit> found = hits_on(tools[k], rays);

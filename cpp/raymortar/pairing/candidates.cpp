@@ -117,27 +117,27 @@ template <int D>
 std::vector<Box<D>> ray_boxes(const Surface& slave,
                               const FacetDistances& distances)
 {
-  return with_facet_type(slave,
-                         [&]<class F>(F) -> std::vector<Box<D>>
-                         {
-                           if constexpr (F::gdim == D)
-                             return swept_boxes<F>(slave, distances);
-                           else
-                             return {};
-                         });
+  return with_geometry(slave,
+                       [&]<class F>(F) -> std::vector<Box<D>>
+                       {
+                         if constexpr (F::gdim == D)
+                           return swept_boxes<F>(slave, distances);
+                         else
+                           return {};
+                       });
 }
 
 template <int D>
 std::vector<Box<D>> facet_boxes(const Surface& surface)
 {
-  return with_facet_type(surface,
-                         [&]<class F>(F) -> std::vector<Box<D>>
-                         {
-                           if constexpr (F::gdim == D)
-                             return boxes_of<F>(surface);
-                           else
-                             return {};
-                         });
+  return with_geometry(surface,
+                       [&]<class F>(F) -> std::vector<Box<D>>
+                       {
+                         if constexpr (F::gdim == D)
+                           return boxes_of<F>(surface);
+                         else
+                           return {};
+                       });
 }
 
 template std::vector<Box<2>> ray_boxes<2>(const Surface&,

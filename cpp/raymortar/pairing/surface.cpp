@@ -126,33 +126,33 @@ std::vector<double> displaced(const Surface& s, std::span<const double> u)
 
 std::vector<Index> find_neighbours(const Surface& s)
 {
-  return with_facet_type(s, [&]<class F>(F) { return neighbours_of<F>(s); });
+  return with_geometry(s, [&]<class F>(F) { return neighbours_of<F>(s); });
 }
 
 std::vector<double> diameters(const Surface& s,
                               const std::vector<double>& positions)
 {
-  return with_facet_type(s,
-                         [&]<class F>(F)
-                         {
-                           std::vector<double> d;
-                           d.reserve(static_cast<std::size_t>(s.num_facets()));
-                           for (Index f = 0; f < s.num_facets(); ++f)
-                             d.push_back(diameter<F>(s.nodes<F>(positions, f)));
-                           return d;
-                         });
+  return with_geometry(s,
+                       [&]<class F>(F)
+                       {
+                         std::vector<double> d;
+                         d.reserve(static_cast<std::size_t>(s.num_facets()));
+                         for (Index f = 0; f < s.num_facets(); ++f)
+                           d.push_back(diameter<F>(s.nodes<F>(positions, f)));
+                         return d;
+                       });
 }
 
 double largest_diameter(const Surface& s, const std::vector<double>& positions)
 {
-  return with_facet_type(s,
-                         [&]<class F>(F)
-                         {
-                           double d = 0.0;
-                           for (Index f = 0; f < s.num_facets(); ++f)
-                             d = std::max(
-                                 d, diameter<F>(s.nodes<F>(positions, f)));
-                           return d;
-                         });
+  return with_geometry(s,
+                       [&]<class F>(F)
+                       {
+                         double d = 0.0;
+                         for (Index f = 0; f < s.num_facets(); ++f)
+                           d = std::max(d,
+                                        diameter<F>(s.nodes<F>(positions, f)));
+                         return d;
+                       });
 }
 } // namespace raymortar
