@@ -67,34 +67,133 @@ struct SlavePatch
   }
 };
 
+/// A master whose type of facets the segmenter of a slave does not know
+template <class S>
+class MasterSide
+{
+public:
+  static constexpr int T = S::tdim;
+  static constexpr int D = S::gdim;
+  using RefPoint = typename S::RefPoint;
+
+  /// @param[in] F Type of its facets
+  template <class F>
+  MasterSide(const Surface& surface, bool subdivide, F)
+      : patches(raymortar::patches<F>(subdivide)), affine(F::affine),
+        flat(F::node_degree == 1), _surface(surface), _nodes(F::nodes)
+  {
+    for (const Patch& patch : patches)
+      eta.push_back(patch_reference<F>(patch));
+  }
+  virtual ~MasterSide() = default;
+
+  [[nodiscard]] std::array<Vec<D>, 4> corners(Index facet,
+                                              const Patch& patch) const
+  {
+    const Index* const nodes =
+        _surface.facet_nodes.data() + static_cast<std::size_t>(facet) * _nodes;
+    std::array<Vec<D>, 4> at;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(patch.size); ++i)
+      at[i] = Eigen::Map<const Vec<D>>(_surface.x.data() +
+                                       D * nodes[patch.node[i]]);
+    return at;
+  }
+
+  /// `cross_edges` with an edge of a facet of this side
+  [[nodiscard]] virtual bool cross(const typename S::NodeMatrix& slave,
+                                   const ReferenceEdge<T>& edge_s, Index facet,
+                                   const ReferenceEdge<T>& edge_m, double& s,
+                                   double& t) const = 0;
+
+  /// `RayCaster::compare`
+  [[nodiscard]] virtual int compare(Index slave, const Vec<2>& xi, Index first,
+                                    Index second) = 0;
+
+  [[nodiscard]] virtual bool has_looked_back() const = 0;
+
+  const std::span<const Patch> patches;
+  std::vector<std::array<RefPoint, 4>> eta; ///< corners of patches on a facet
+  const bool affine;
+  const bool flat; ///< facets of degree 1
+
+private:
+  const Surface& _surface;
+  std::size_t _nodes; ///< of a facet
+};
+
+template <class S, class M>
+class MasterSideOf final : public MasterSide<S>
+{
+public:
+  using Edge = ReferenceEdge<S::tdim>;
+
+  MasterSideOf(const Surface& slave, const Surface& master,
+               const SegmentationOptions& options, const PairFilter* filter)
+      : MasterSide<S>(master, options.subdivide, M{}), _master(master),
+        _rays(slave, master, options.distances, filter)
+  {
+  }
+
+  /// In space; in the plane edges are corners
+  [[nodiscard]] bool cross([[maybe_unused]] const typename S::NodeMatrix& slave,
+                           [[maybe_unused]] const Edge& edge_s,
+                           [[maybe_unused]] Index facet,
+                           [[maybe_unused]] const Edge& edge_m,
+                           [[maybe_unused]] double& s,
+                           [[maybe_unused]] double& t) const override
+  {
+    if constexpr (S::gdim == 3)
+      return cross_edges<S, M>(slave, edge_s,
+                               _master.template nodes<M>(_master.x, facet),
+                               edge_m, s, t);
+    else
+      return false;
+  }
+
+  [[nodiscard]] int compare(Index slave, const Vec<2>& xi, Index first,
+                            Index second) override
+  {
+    return _rays.compare(slave, xi, first, second);
+  }
+
+  [[nodiscard]] bool has_looked_back() const override
+  {
+    return _rays.has_looked_back();
+  }
+
+private:
+  const Surface& _master;
+  RayCaster<M> _rays;
+};
+
 /// One linear patch of a master facet as a slave patch sees it
-template <class F>
+template <class S>
 struct MasterPatch
 {
-  const typename F::NodeMatrix nodes;
+  Index facet;
   std::size_t count;
-  std::array<typename F::Point, 4> corners;
-  std::array<typename F::RefPoint, 4> eta; ///< corners on the facet
-  std::array<typename F::RefPoint, 4> y;   ///< corners in plane coordinates
+  std::array<typename S::Point, 4> corners;
+  const std::array<typename S::RefPoint, 4>& eta; ///< corners on the facet
+  std::array<typename S::RefPoint, 4> y; ///< corners in plane coordinates
 
-  MasterPatch(const typename F::NodeMatrix& facet, const Patch& patch,
-              const PatchPlane<F::gdim>& plane)
-      : nodes(facet), count(static_cast<std::size_t>(patch.size)),
-        corners(patch_corners<F>(nodes, patch)), eta(patch_reference<F>(patch))
+  MasterPatch(const MasterSide<S>& side, Index of, std::size_t patch,
+              const PatchPlane<S::gdim>& plane)
+      : facet(of), count(static_cast<std::size_t>(side.patches[patch].size)),
+        corners(side.corners(of, side.patches[patch])), eta(side.eta[patch])
   {
     for (std::size_t i = 0; i < count; ++i)
       y[i] = plane.coordinates(corners[i]);
   }
 
-  [[nodiscard]] ReferenceEdge<F::tdim> edge(std::size_t e) const
+  [[nodiscard]] ReferenceEdge<S::tdim> edge(std::size_t e) const
   {
     return {eta[e], eta[(e + 1) % count] - eta[e]};
   }
   /// Position of a point of the plane between the ends of an edge
   [[nodiscard]] double place_on_edge(std::size_t e,
-                                     const typename F::RefPoint& at) const
+                                     const typename S::RefPoint& at) const
   {
-    return ReferenceEdge<F::tdim>{y[e], y[(e + 1) % count] - y[e]}.place_of(at);
+    return ReferenceEdge<S::tdim>{y[e], y[(e + 1) % count] - y[e]}.place_of(at);
   }
 };
 
@@ -121,7 +220,7 @@ constexpr double patch_measure()
   return F::shape == Shape::triangle ? 0.5 : 1.0;
 }
 
-template <class S, class M>
+template <class S>
 class Segmenter
 {
 public:
@@ -129,12 +228,10 @@ public:
   static constexpr int T = S::tdim;
   using RefPoint = typename S::RefPoint;
 
-  Segmenter(const Surface& slave, const Surface& master,
-            const SegmentationOptions& options, const PairFilter* filter)
+  Segmenter(const Surface& slave, MasterSide<S>& master,
+            const SegmentationOptions& options)
       : _slave(slave), _master(master), _options(options),
-        _patches(patches<S>(options.subdivide)),
-        _master_patches(patches<M>(options.subdivide)),
-        _rays(slave, master, _options.distances, filter)
+        _patches(patches<S>(options.subdivide))
   {
     _out.covered.assign(static_cast<std::size_t>(slave.num_facets()), 0.0);
     _out.subdivided = options.subdivide;
@@ -167,7 +264,7 @@ public:
 
   [[nodiscard]] Segmentation result() &&
   {
-    _out.hang_on_past = _rays.has_looked_back();
+    _out.hang_on_past = _master.has_looked_back();
     return std::move(_out);
   }
 
@@ -182,7 +279,7 @@ private:
       xi.template head<T>() = patch.to_reference(at);
       if (_options.order)
         return _options.order(_facet, xi, first, second);
-      return _rays.compare(_facet, xi, first, second);
+      return _master.compare(_facet, xi, first, second);
     };
   }
 
@@ -196,7 +293,7 @@ private:
     {
       if (r.winner == master)
         _losers.push_back(r.loser);
-      else if (not M::affine and r.loser == master)
+      else if (not _master.affine and r.loser == master)
         _losers.push_back(r.winner);
     }
     if (not _losers.empty())
@@ -205,13 +302,11 @@ private:
 
   void overlap_with(const SlavePatch<S>& slave, Index master)
   {
-    const typename M::NodeMatrix nodes =
-        _master.template nodes<M>(_master.x, master);
-    for (std::size_t k = 0; k < _master_patches.size(); ++k)
+    for (std::size_t k = 0; k < _master.patches.size(); ++k)
     {
-      const Patch& patch = _master_patches[k];
+      const Patch& patch = _master.patches[k];
       const auto seen = project_patch<D>(
-          slave.plane, patch_corners<M>(nodes, patch), patch.size);
+          slave.plane, _master.corners(master, patch), patch.size);
       // Curved facets rise over their linear patch: the rays decide later
       const double slack = 0.25 * slave.plane.size;
       if (seen.size == 0 or seen.lowest > _range.reach + slack or
@@ -242,10 +337,9 @@ private:
   void emit(Index facet, std::int8_t slave_patch, const SlavePatch<S>& patch,
             const typename S::NodeMatrix& nodes, const Piece<D>& piece)
   {
-    const MasterPatch<M> master(
-        _master.template nodes<M>(_master.x, piece.master),
-        _master_patches[static_cast<std::size_t>(piece.master_patch)],
-        patch.plane);
+    const MasterPatch<S> master(_master, piece.master,
+                                static_cast<std::size_t>(piece.master_patch),
+                                patch.plane);
     const Region<D>& region = piece.region;
     const auto n = static_cast<std::size_t>(region.size);
     _polygon.clear();
@@ -277,11 +371,11 @@ private:
 
   /// Corners of the slave are exact; everything else is mapped back, and moved
   /// to the true break where that is elsewhere
-  [[nodiscard]] static Vertex<T> vertex(const SlavePatch<S>& patch,
-                                        const typename S::NodeMatrix& nodes,
-                                        const MasterPatch<M>& master,
-                                        const Provenance& from,
-                                        const RefPoint& at)
+  [[nodiscard]] Vertex<T> vertex(const SlavePatch<S>& patch,
+                                 const typename S::NodeMatrix& nodes,
+                                 const MasterPatch<S>& master,
+                                 const Provenance& from,
+                                 const RefPoint& at) const
   {
     if (from.kind == Provenance::Kind::slave_corner)
       return {patch.xi[static_cast<std::size_t>(from.slave)], {}};
@@ -311,7 +405,7 @@ private:
   /// Start of the slave ray through a corner of the master
   [[nodiscard]] static Vertex<T>
   under_corner(const typename S::NodeMatrix& nodes,
-               const MasterPatch<M>& master, std::size_t corner, Vertex<T> v)
+               const MasterPatch<S>& master, std::size_t corner, Vertex<T> v)
   {
     v.hangs_on.eta.template head<T>() = master.eta[corner];
     v.hangs_on.motion = Break::Motion::corner;
@@ -327,18 +421,18 @@ private:
     return v;
   }
 
-  [[nodiscard]] static Vertex<T> crossing(const ReferenceEdge<T>& edge_s,
-                                          const typename S::NodeMatrix& nodes,
-                                          const MasterPatch<M>& master,
-                                          std::size_t edge, const RefPoint& at,
-                                          Vertex<T> v)
+  [[nodiscard]] Vertex<T> crossing(const ReferenceEdge<T>& edge_s,
+                                   const typename S::NodeMatrix& nodes,
+                                   const MasterPatch<S>& master,
+                                   std::size_t edge, const RefPoint& at,
+                                   Vertex<T> v) const
   {
     // Straight edges seen along one normal cross where the flat patches say
-    constexpr bool is_flat = S::affine and M::node_degree == 1;
+    const bool is_flat = S::affine and _master.flat;
     const ReferenceEdge<T> edge_m = master.edge(edge);
     double s = edge_s.place_of(v.xi), t = master.place_on_edge(edge, at);
     if (not is_flat and
-        not cross_edges<S, M>(nodes, edge_s, master.nodes, edge_m, s, t))
+        not _master.cross(nodes, edge_s, master.facet, edge_m, s, t))
     {
       v.hangs_on = {Break::Motion::flat_crossing, edge_m.begin, edge_s.along,
                     edge_m.along};
@@ -352,10 +446,9 @@ private:
   }
 
   const Surface& _slave;
-  const Surface& _master;
-  SegmentationOptions _options;
-  std::span<const Patch> _patches, _master_patches;
-  RayCaster<M> _rays;
+  MasterSide<S>& _master;
+  const SegmentationOptions& _options;
+  std::span<const Patch> _patches;
   Index _facet = no_index; ///< the present one
   SearchDistances _range;  ///< of it
   std::vector<Piece<D>> _pieces;
@@ -378,14 +471,19 @@ Segmentation make_segments(const Surface& slave, const Surface& master,
                            const SegmentationOptions& options,
                            const PairFilter* filter)
 {
+  const auto segments = [&]<class S>(S, MasterSide<S>& side)
+  {
+    Segmenter<S> segmenter(slave, side, options);
+    for (Index f = 0; f < slave.num_facets(); ++f)
+      segmenter.add(f, candidates.masters_of(f));
+    return std::move(segmenter).result();
+  };
   return with_geometries(slave, master,
-                         [&]<class S, class M>(S, M)
+                         [&]<class S, class M>(S of, M)
                          {
-                           Segmenter<S, M> segmenter(slave, master, options,
-                                                     filter);
-                           for (Index f = 0; f < slave.num_facets(); ++f)
-                             segmenter.add(f, candidates.masters_of(f));
-                           return std::move(segmenter).result();
+                           MasterSideOf<S, M> side(slave, master, options,
+                                                   filter);
+                           return segments(of, side);
                          });
 }
 } // namespace raymortar
