@@ -14,10 +14,9 @@ from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
 from .interaction import Interaction
 from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import check_given, make_surfaces
+from .interface.contact_surfaces import make_surfaces
 from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Adjustment, Offsets
-from .interface.pairs import names_by_tag
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
@@ -148,23 +147,15 @@ class Contact(NodalFields, Interaction):
             smooth,
             frame,
         )
-        given = check_given(u, pairs, names, options, self.tied)
-        self.names = given.names
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
-        self.surfaces = made = make_surfaces(
-            given.unknowns,
-            facet_tags,
-            given.groups,
-            options,
-            self.tied,
-            names_by_tag(given.names),
-        )
+        made = make_surfaces(u, facet_tags, pairs, names, options, self.tied)
+        self.surfaces, self.names = made, made.pairs.names_at(0)
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
         self.layout: Layout = made.layout
         self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
-        super().__init__(given.unknowns, [self.assembly], given.pairs)
+        super().__init__(made.unknowns, [self.assembly], made.pairs)
         self._offsets = Offsets(made)
         if options.method.gamma is not None:
             self.assembly.set_gamma(options.method.gamma)

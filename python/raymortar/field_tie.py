@@ -10,10 +10,11 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array, Indices
+from .discretization.checks import check_fields
 from .discretization.facets import join
 from .discretization.joined import Displacement, parts_of
 from .discretization.own_unknowns import function_on_facets
-from .errors import ContactError, raise_everywhere
+from .errors import ContactError
 from .interface.flux_sides import TiedField
 from .interface.pairs import Pair
 from .options.methods import Penalty, Search
@@ -79,7 +80,7 @@ class FieldTie:
         axisymmetric: bool = False,
     ) -> None:
         several = list(T) if isinstance(T, (list, tuple)) else [T]
-        raise_everywhere(*_fault(several))
+        check_fields("FieldTie.T", several)
         fields = [Displacement(f, k) for k, f in enumerate(several)]
         # A tie of displacements, which stay zero, finds the pairs
         still = [_at_rest(f) for f in fields]
@@ -169,23 +170,3 @@ def _at_rest(f: Displacement) -> Function:
     V = f.u.function_space
     degree = compat.element_info(V).degree
     return Function(compat.vector_space(V.mesh, degree), name=f.given.name)
-
-
-def _fault(fields: Sequence[Any]) -> tuple[Any, str | None]:
-    """The communicator, and what is wrong with the fields, if anything."""
-    for f in fields:
-        if not isinstance(f, Function):
-            raise ContactError(f"FieldTie.T must be a Function, not {type(f).__name__}")
-    comm = fields[0].function_space.mesh.comm
-    for f in fields:
-        V = f.function_space
-        if compat.element_info(V).is_sub_space:
-            V, _ = compat.collapsed(V)
-        info = compat.element_info(V)
-        if info.is_mixed or not info.is_lagrange or info.is_discontinuous:
-            return comm, f"FieldTie.T, {f.name}, must be a continuous Lagrange Function"
-        if info.degree not in (1, 2):
-            return comm, (
-                f"FieldTie.T, {f.name}, has degree {info.degree}; supported are 1 and 2"
-            )
-    return comm, None
