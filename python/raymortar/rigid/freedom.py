@@ -74,8 +74,8 @@ class Freedom:
         self.names = names
         self.axis = np.array([axis for axis, _ in found], dtype=np.int32)
         self.is_turn = np.array([turns for _, turns in found], dtype=bool)
-        self.stiffness = _by_name("stiffness", stiffness, names, self.is_turn)
-        self.damping = _by_name("damping", damping, names, self.is_turn)
+        self.stiffness = _resistance("stiffness", stiffness, names, self.is_turn)
+        self.damping = _resistance("damping", damping, names, self.is_turn)
         self.cpp = _cpp.RigidBody(
             centre,
             self.axis.tolist(),
@@ -178,19 +178,27 @@ class Freedom:
         return self.cpp.rates()
 
 
-def _by_name(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:
+def _resistance(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:
     """Stiffness or damping of each unknown, (n,)."""
     if given is None:
         return np.zeros(len(names))
     if is_real_number(given):
         given = {name: given for name, turns in zip(names, is_turn) if not turns}
-    if not isinstance(given, Mapping):
-        raise ContactError(
-            f"{what} = {given!r} must be a number, or numbers by the names in free"
-        )
-    for name, value in given.items():
-        if name not in names:
-            raise ContactError(f"{what} has {name!r}, which is not in free = {names}")
-        if not (is_real_number(value) and np.isfinite(value) and value >= 0.0):
+    found = by_name(what, given, names)
+    for name, value in zip(names, found.tolist()):
+        if value < 0.0:
             raise ContactError(f"{what} of {name} = {value!r} must not be negative")
-    return np.array([float(given.get(name, 0.0)) for name in names])
+    return found
+
+
+def by_name(what: str, given: Any, names: tuple[str, ...]) -> Array:
+    """Numbers by the names of unknowns, 0 where there is none, (n,)."""
+    table = given if isinstance(given, Mapping) else {}
+    others = [f": {name!r} is not in free" for name in table if name not in names]
+    finite = all(is_real_number(one) and np.isfinite(one) for one in table.values())
+    if table is not given or others or not finite:
+        raise ContactError(
+            f"{what} must be numbers by the names in free = {names}, finite ones, not "
+            f"{given!r}{''.join(others[:1])}"
+        )
+    return np.array([float(table.get(name, 0.0)) for name in names])
