@@ -12,7 +12,8 @@ from dolfinx.fem import Function
 from .discretization.curving import Smooth
 from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
-from .interaction import Interaction
+from .errors import ContactError
+from .interactions import Interaction, Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import make_surfaces
 from .interface.friction_at_points import spread_coefficient
@@ -339,6 +340,25 @@ class Contact(NodalFields, Interaction):
                 return 0.0
             part = "normal"
         return stored_energy(self.zones, part)
+
+
+def one_or_several(given: Any) -> Contact | Interactions:
+    """A contact as it is, a list of several as one object. Collective."""
+    if isinstance(given, Contact):
+        return given
+    if not isinstance(given, (list, tuple)):
+        raise ContactError(
+            f"contact must be a Contact, not {type(given).__name__}: of several "
+            "interactions a list of them"
+        )
+    if not given:
+        raise ContactError("contact is an empty list: give at least one Contact")
+    for i, contact in enumerate(given):
+        if not isinstance(contact, Contact):
+            raise ContactError(
+                f"contact[{i}] must be a Contact, not {type(contact).__name__}"
+            )
+    return given[0] if len(given) == 1 else Interactions(given)
 
 
 def _shown(value: Any) -> str:

@@ -16,11 +16,11 @@ from .contact import Contact
 from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, is_real_number, require_agreement, together
-from .field_tie import FieldTie
 from .options.methods import has_dual_multiplier
 from .options.user_laws import FluxLaw
 from .system.flux_part import FluxPart
 from .system.tool_part import ToolField
+from .tie import FieldTie
 
 
 @dataclass(frozen=True)

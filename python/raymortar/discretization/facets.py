@@ -60,8 +60,8 @@ class Facets:
 
     def some(self, marks: Mask) -> Facets:
         """Facets that are marked, (n_facets,)."""
-        chosen = (self.facets, self.cells, self.local_facets)
-        return Facets(self.tag, *(one[marks] for one in chosen), self.name)
+        facets, cells, local = self.facets, self.cells, self.local_facets
+        return Facets(self.tag, facets[marks], cells[marks], local[marks], self.name)
 
 
 def join(facets_list: Sequence[Facets]) -> Facets:
