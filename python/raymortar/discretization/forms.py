@@ -183,8 +183,7 @@ def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Funct
     for i, (form, f) in enumerate(zip(F, u)):
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
-    givens = [d.given for d in unknowns.displacements]
-    if not all(any(compat.same_values(f, given) for f in u) for given in givens):
+    if any(d.place_among(u) is None for d in unknowns.displacements):
         raise ContactError(unknowns.absence(u))
     if J is None:
         return list(u)

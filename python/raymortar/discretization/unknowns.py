@@ -156,15 +156,8 @@ class Unknowns:
 
     def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
         """Take what a problem solves for."""
-        found = [
-            next(
-                (i for i, f in enumerate(functions) if compat.same_values(f, d.given)),
-                None,
-            )
-            for d in self.displacements
-        ]
-        places = [place for place in found if place is not None]
-        if len(places) < len(found):
+        places = [d.place_among(functions) for d in self.displacements]
+        if None in places:
             raise ContactError(self.absence(functions))
         same = len(functions) == len(self.functions) and all(
             compat.same_values(f, g) for f, g in zip(functions, self.functions)
@@ -174,6 +167,7 @@ class Unknowns:
                 "contact is of a problem with other unknowns: make another Contact"
             )
         for d, place in zip(self.displacements, places):
+            assert place is not None
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]

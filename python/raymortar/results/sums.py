@@ -13,6 +13,7 @@ import numpy as np
 from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import Communication, communication
+from ..discretization.reference_facets import dot
 from ..interface.point_results import (
     CLOSED,
     OPEN,
@@ -289,7 +290,7 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 def friction_work(zones: Sequence[ZoneData]) -> float:
     """Integrate what tractions take over the step's slip. Collective."""
-    return _integral(zones, lambda p: -_dot(p["traction"], p["slip"]))
+    return _integral(zones, lambda p: -dot(p["traction"], p["slip"]))
 
 
 def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
@@ -297,7 +298,7 @@ def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
 
     def density(points: dict[str, Array]) -> Array:
         t = traction_part(points, part)
-        found, squared = np.zeros(len(t)), _dot(t, t)
+        found, squared = np.zeros(len(t)), dot(t, t)
         # Points of a tie that meet no master have no coefficient
         np.divide(squared, 2.0 * points["gamma"], found, where=squared > 0.0)
         return found
@@ -313,11 +314,6 @@ def work_on_gaps(zones: Sequence[ZoneData]) -> float:
         return np.abs(pressures(points) * np.where(hit, points["gap"], 0.0))
 
     return _integral(zones, density)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Products of vectors at points, (n,)."""
-    return np.einsum("qi,qi->q", a, b)
 
 
 def _integral(zones: Sequence[ZoneData], density: Density) -> float:
