@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from mpi4py import MPI
@@ -266,18 +266,16 @@ def _sum_up(
 def resultant_on(zones: Sequence[ZoneData], body: Body) -> Resultant:
     """Sum up force and moment about its centre on a rigid body. Collective."""
     # The equations of a free body take tractions where they act on it
-    found = added(
-        [
-            resultant(zone, zone.facets.bodies.index(body), body.is_free)
-            for zone in zones
-            if body in zone.facets.bodies
-        ]
-    )
-    parts = -found.normal, -found.tangential
+    on_slaves = [
+        resultant(zone, zone.facets.bodies.index(body), body.is_free)
+        for zone in zones
+        if body in zone.facets.bodies
+    ]
+    found = _opposite(added(on_slaves))
     if found.radial is not None:
-        return Resultant(-found.force, 0.0, *parts, -found.radial)
-    to_centre = _plain(_moments(body.place[: len(found.force)], found.force))
-    return Resultant(-found.force, to_centre - found.moment, *parts)
+        return replace(found, moment=0.0)
+    of_force = _plain(_moments(body.place[: len(found.force)], found.force))
+    return replace(found, moment=found.moment - of_force)
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:

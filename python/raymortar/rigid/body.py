@@ -11,7 +11,7 @@ import numpy as np
 from .. import _cpp
 from ..compat import Array
 from ..errors import ContactError, is_real_number, positive, vector
-from .freedom import Freedom, by_name, freedoms_of
+from .freedom import Freedom, by_name
 from .shapes import Shape, Vector
 
 
@@ -95,8 +95,7 @@ class Body:
         self.centre: Array = (
             shape.place if centre is None else vector("centre", centre, gdim)
         )
-        names = freedoms_of(free, gdim)
-        self.freedom = Freedom(names, gdim, stiffness, damping, self.centre)
+        self.freedom = Freedom(free, gdim, stiffness, damping, self.centre)
         self.springs: Array = self.freedom.stiffness
         self.inertia: Array | None = None
         if inertia is not None and self.freedom.turns_freely:

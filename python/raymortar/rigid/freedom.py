@@ -24,8 +24,8 @@ SPACE = {
 PLANE = {"x": (0, False), "y": (1, False), "r": (2, True)}
 
 
-def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
-    """Names of free motions, in their order."""
+def _freedoms(free: Any, gdim: int | None) -> dict[str, tuple[int, bool]]:
+    """Axis of each free motion, and whether it is a rotation, by name."""
     if isinstance(free, str) or not isinstance(free, Sequence):
         raise ContactError(f'free = {free!r} must be names in a tuple, as in ("z",)')
     plane = gdim == 2 or (gdim is None and "r" in free)
@@ -39,7 +39,7 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
     twice = [name for name in known if list(free).count(name) > 1]
     if twice:
         raise ContactError(f"free = {tuple(free)} has {twice[0]!r} more than once")
-    return tuple(name for name in known if name in free)
+    return {name: known[name] for name in known if name in free}
 
 
 class Freedom:
@@ -63,17 +63,16 @@ class Freedom:
 
     def __init__(
         self,
-        names: tuple[str, ...],
+        free: Any,
         gdim: int | None,
         stiffness: Any,
         damping: Any,
         centre: Array,
     ) -> None:
-        known = PLANE if gdim == 2 or "r" in names else SPACE
-        found = [known[name] for name in names]
-        self.names = names
-        self.axis = np.array([axis for axis, _ in found], dtype=np.int32)
-        self.is_turn = np.array([turns for _, turns in found], dtype=bool)
+        found = _freedoms(free, gdim)
+        self.names = names = tuple(found)
+        self.axis = np.array([axis for axis, _ in found.values()], dtype=np.int32)
+        self.is_turn = np.array([turns for _, turns in found.values()], dtype=bool)
         self.stiffness = _resistance("stiffness", stiffness, names, self.is_turn)
         self.damping = _resistance("damping", damping, names, self.is_turn)
         self.cpp = _cpp.RigidBody(
