@@ -106,8 +106,9 @@ class PresentState:
     @dt.setter
     def dt(self, value: float) -> None:
         with together(self._comm):
-            self._dt = positive("dt", value)
-        require_agreement(self._comm, dt=self._dt)
+            dt = positive("dt", value)
+        require_agreement(self._comm, dt=dt)
+        self._dt = dt
         for body in self._surfaces.layout.bodies:
             body.cpp.dt = self._dt
         self.note_change()
