@@ -296,8 +296,7 @@ class CoupledProblem:
             if is_first:
                 self._hold_segments()
             self._revision = contact.revision
-        if self.volume.updated is not None:
-            self.volume.updated.bring()
+        self.evaluate()
 
     def evaluate(self) -> None:
         """Call `update`, if the problem was given one, where the unknowns have changed

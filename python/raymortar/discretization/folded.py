@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 
 from .. import compat
 from ..compat import Array, Indices
+from ..partitions import levels
 from .bodies import Bodies, find_bodies
 from .facets import Facets, Global, all_exterior_facets, check_tags
 from .ranks import index_among, of_all
@@ -103,11 +104,7 @@ def in_order(places: Array, tolerance: float) -> Indices:
 
     Values next to each other that differ by no more than the tolerance are the same.
     """
-    ranks = np.empty(places.shape, dtype=np.int32)
-    for k, values in enumerate(places.T):
-        order = np.argsort(values, kind="stable")
-        ranks[order, k] = np.cumsum(np.diff(values[order], prepend=-np.inf) > tolerance)
-    return np.lexsort(ranks.T[::-1])
+    return np.lexsort(levels(places, tolerance).T[::-1])
 
 
 def corner_ids(surface: Surface) -> Global:

@@ -282,8 +282,6 @@ class Unknowns:
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
-        if len(self._arrays) == 1:
-            return self._arrays[0].copy()
         return np.concatenate(self._arrays)
 
     def set_values(self, values: Array) -> None:
@@ -386,9 +384,6 @@ class Unknowns:
                 part = found[starts[k] : starts[k + 1]]
                 compat.set_bc(part, conditions, self._arrays[k])
         increment = found * (np.abs(found) > ROUNDING * np.abs(values))
-        if self.is_plain:
-            owned = found[: self._starts[False][-1]]
-            return Lacking(known.owned, owned, increment, increment, values)
         of_u = increment[self.u_local]
         return Lacking(known.owned, self.owned_part(found), increment, of_u, values)
 
