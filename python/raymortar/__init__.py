@@ -11,7 +11,6 @@ from .errors import (
     SetUpError,
 )
 from .field_problem import FieldProblem
-from .field_tie import FieldTie
 from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
@@ -30,7 +29,7 @@ from .solvers.newton import NewtonSolver
 from .solvers.snes import SNESSolver
 from .solvers.solver import FixedPointSolver
 from .system.tool_part import ToolField
-from .tie import Tie
+from .tie import FieldTie, Tie
 from .wear import Archard, Wear
 
 __version__ = "0.1.0"

@@ -12,12 +12,12 @@ from dolfinx.fem import Function
 from .discretization.curving import Smooth
 from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
-from .interaction import Interaction
+from .errors import ContactError
+from .interactions import Interaction, Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import check_given, make_surfaces
+from .interface.contact_surfaces import make_surfaces
 from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Adjustment, Offsets
-from .interface.pairs import names_by_tag
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
@@ -148,23 +148,15 @@ class Contact(NodalFields, Interaction):
             smooth,
             frame,
         )
-        given = check_given(u, pairs, names, options, self.tied)
-        self.names = given.names
         self.method, self.friction = options.method, friction
         self.measure, self.tangent = measure, tangent
-        self.surfaces = made = make_surfaces(
-            given.unknowns,
-            facet_tags,
-            given.groups,
-            options,
-            self.tied,
-            names_by_tag(given.names),
-        )
+        made = make_surfaces(u, facet_tags, pairs, names, options, self.tied)
+        self.surfaces, self.names = made, made.pairs.names_at(0)
         self.slave_u, self.multiplier = made.slave_u, made.multiplier
         self.layout: Layout = made.layout
         self._present = PresentState(made, options)
         self.assembly = ContactAssembly(made, self._present, options.method)
-        super().__init__(given.unknowns, [self.assembly], given.pairs)
+        super().__init__(made.unknowns, [self.assembly], made.pairs)
         self._offsets = Offsets(made)
         if options.method.gamma is not None:
             self.assembly.set_gamma(options.method.gamma)
@@ -348,6 +340,25 @@ class Contact(NodalFields, Interaction):
                 return 0.0
             part = "normal"
         return stored_energy(self.zones, part)
+
+
+def one_or_several(given: Any) -> Contact | Interactions:
+    """A contact as it is, a list of several as one object. Collective."""
+    if isinstance(given, Contact):
+        return given
+    if not isinstance(given, (list, tuple)):
+        raise ContactError(
+            f"contact must be a Contact, not {type(given).__name__}: of several "
+            "interactions a list of them"
+        )
+    if not given:
+        raise ContactError("contact is an empty list: give at least one Contact")
+    for i, contact in enumerate(given):
+        if not isinstance(contact, Contact):
+            raise ContactError(
+                f"contact[{i}] must be a Contact, not {type(contact).__name__}"
+            )
+    return given[0] if len(given) == 1 else Interactions(given)
 
 
 def _shown(value: Any) -> str:

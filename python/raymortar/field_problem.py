@@ -18,13 +18,13 @@ from .discretization.forms import derivative, find_unknowns, list_of_conditions
 from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, described, together
-from .field_tie import FieldTie
 from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interface.probing import row_sums
 from .solvers.automatic import direct
 from .solvers.petsc_objects import PetscOptions, new_prefix
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.volume import Forms
+from .tie import FieldTie
 
 # Defaults of PETSc's options
 OPTIONS = {

@@ -13,13 +13,14 @@ from dolfinx.fem import Function
 from . import compat
 from .compat import Array
 from .contact import Contact
+from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, is_real_number, require_agreement, together
-from .field_tie import FieldTie
 from .options.methods import has_dual_multiplier
 from .options.user_laws import FluxLaw
 from .system.flux_part import FluxPart
 from .system.tool_part import ToolField
+from .tie import FieldTie
 
 
 @dataclass(frozen=True)
@@ -256,12 +257,8 @@ def _value_on_tools(contact: Contact, tool: Any) -> float | ToolField:
 
 def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None:
     """Raise unless there is a scalar Lagrange field on each mesh of a contact."""
+    check_fields("Flux.T", fields, (), "a flux is of a scalar")
     for f in fields:
-        if not isinstance(f, Function):
-            raise ContactError(f"Flux.T must be a Function, not {type(f).__name__}")
-        fault = _element_fault(f)
-        if fault is not None:
-            raise ContactError(f"Flux.T, {f.name}, {fault}")
         if not compat.scalar_type_is_real() or f.x.array.dtype != np.float64:
             raise ContactError(f"Flux.T, {f.name}, must be of real numbers")
     meshes = [u.function_space.mesh for u in parts_of(contact.u)]
@@ -287,22 +284,3 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
             raise ContactError(
                 f"Flux.fields has {f.name}, a Function on another mesh than the slave"
             )
-
-
-def _element_fault(f: Function) -> str | None:
-    """Fault of the element of a field, if it has one."""
-    V = f.function_space
-    if compat.element_info(V).is_sub_space:
-        V, _ = compat.collapsed(V)
-    info = compat.element_info(V)
-    faults = {
-        "is mixed: give the part that is meant, as w.sub(1)": info.is_mixed,
-        "is not of a Lagrange element": not info.is_lagrange,
-        "is discontinuous": info.is_discontinuous,
-        f"has values of shape {info.value_shape}; a flux is of a scalar": bool(
-            info.value_shape
-        )
-        or info.block_size != 1,
-        f"has degree {info.degree}; supported are 1 and 2": info.degree not in (1, 2),
-    }
-    return next((text for text, is_bad in faults.items() if is_bad), None)

@@ -18,10 +18,10 @@ from .errors import (
     require_agreement,
     together,
 )
-from .field_tie import FieldTie
 from .flux import Flux
 from .problem import CoupledProblem
 from .solvers.snes import SNESSolver
+from .tie import FieldTie
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"

@@ -152,16 +152,15 @@ def _padded(points: Array) -> Array:
     return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
 
 
-def _levels(coordinates: Array) -> npt.NDArray[np.int64]:
-    """Whole numbers in the order of each coordinate, equal where it is but for rounding:
-    that must not decide between cells above each other."""
+def levels(coordinates: Array, tolerance: float) -> npt.NDArray[np.int64]:
+    """Whole numbers in the order of each coordinate, (n, d), equal where values next to
+    each other differ by no more than a tolerance."""
     order = np.argsort(coordinates, axis=0, kind="stable")
     steps = np.diff(np.take_along_axis(coordinates, order, axis=0), axis=0)
-    width = np.ptp(coordinates, axis=0).max()
-    counts = np.cumsum(steps > ROUNDING * width, axis=0)
-    levels = np.zeros(coordinates.shape, dtype=np.int64)
-    np.put_along_axis(levels, order[1:], counts, axis=0)
-    return levels
+    counts = np.cumsum(steps > tolerance, axis=0)
+    found = np.zeros(coordinates.shape, dtype=np.int64)
+    np.put_along_axis(found, order[1:], counts, axis=0)
+    return found
 
 
 def _bisected(coordinates: Array, ranks: int) -> Indices:
@@ -176,7 +175,8 @@ def _bisected(coordinates: Array, ranks: int) -> Indices:
     if not np.isfinite(coordinates).all():
         raise ContactError("a cell has a coordinate that is not finite")
     count = len(coordinates)
-    levels = _levels(coordinates)
+    # Rounding must not decide between cells above each other
+    numbers = levels(coordinates, ROUNDING * np.ptp(coordinates, axis=0).max())
     found = np.empty(count, dtype=np.int32)
     parts = [(np.arange(count), 0, ranks)]
     while parts:
@@ -186,8 +186,8 @@ def _bisected(coordinates: Array, ranks: int) -> Indices:
             continue
         widths = np.ptp(coordinates[cells], axis=0)
         widest = int(np.argmax(widths >= (1.0 - ROUNDING) * widths.max()))
-        keys = np.delete(levels[cells], widest, axis=1).T[::-1]
-        order = np.lexsort([*keys, levels[cells, widest]])
+        keys = np.delete(numbers[cells], widest, axis=1).T[::-1]
+        order = np.lexsort([*keys, numbers[cells, widest]])
         middle = (first + last) // 2
         # Rank r has the cells from r / ranks to (r + 1) / ranks of them all
         start, stop = (-(-count * rank // ranks) for rank in (first, middle))

@@ -16,7 +16,7 @@ import ufl
 
 from . import compat
 from .compat import Array
-from .contact import Contact
+from .contact import Contact, one_or_several
 from .convergence.convergence import Convergence
 from .discretization.forms import (
     check_supports,
@@ -32,15 +32,14 @@ from .errors import (
     require_agreement,
     together,
 )
-from .field_tie import FieldTie
 from .flux import Flux, apart, parts_of_terms, require_tied_once
-from .interactions import one_or_several
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
 from .system.split import Updated
 from .system.volume import Volume
+from .tie import FieldTie
 
 
 class CoupledProblem:
@@ -297,8 +296,7 @@ class CoupledProblem:
             if is_first:
                 self._hold_segments()
             self._revision = contact.revision
-        if self.volume.updated is not None:
-            self.volume.updated.bring()
+        self.evaluate()
 
     def evaluate(self) -> None:
         """Call `update`, if the problem was given one, where the unknowns have changed

@@ -31,7 +31,7 @@ from .errors import (
 )
 from .interface.zone_data import ZoneData
 from .options.methods import has_dual_multiplier
-from .options.user_laws import check_functions
+from .options.user_laws import check_functions, real_values
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
@@ -333,12 +333,7 @@ class Wear:
         p = -np.einsum("qi,qi->q", points["traction"], nu)
         hit = points["status"] > 0
         p, v = np.maximum(p[hit], 0.0), np.linalg.norm(slip[hit], axis=1) / dt
-        rate = np.asarray(self.law(p.copy(), v.copy()))
-        if rate.shape != v.shape or not np.isrealobj(rate):
-            raise ContactError(
-                f"Wear.law returns values of type {rate.dtype} and shape {rate.shape} "
-                f"for {len(v)} points: they must be real, of shape ({len(v)},)"
-            )
+        rate = real_values("Wear.law", self.law(p.copy(), v.copy()), len(v))
         if not (np.isfinite(rate).all() and rate.min(initial=0.0) >= 0.0):
             raise ContactError(
                 "Wear.law returns depths that are negative or not finite"

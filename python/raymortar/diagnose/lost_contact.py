@@ -17,7 +17,7 @@ from ..convergence.balance import EPS, largest_by
 from ..discretization.bodies import bodies_of_facets
 from ..discretization.ranks import ends_of
 from ..errors import format_point
-from ..interaction import Interaction
+from ..interactions import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import Path, ZoneData, path
 from ..problem import CoupledProblem

@@ -20,7 +20,7 @@ from ..errors import (
     format_point,
     raise_everywhere,
 )
-from ..interaction import Interaction
+from ..interactions import Interaction
 from ..interface.point_results import CLOSED, PointStatus
 from ..interface.slave_nodes import are_inside_flats
 from ..interface.stiffness import mean_facet_size

@@ -21,7 +21,7 @@ from ..compat import Array, Mask
 from ..discretization.ranks import ends_of
 from ..discretization.reference_facets import N_CORNERS, facet_nodes
 from ..errors import ContactWarning, format_point
-from ..interaction import Interaction
+from ..interactions import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..rigid.body import Body

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -65,23 +64,40 @@ def _mesh_fault(mesh: Mesh) -> str | None:
     return None
 
 
-def _element_fault(V: FunctionSpace) -> str | None:
-    """A message on an element that cannot be used; None if it can."""
-    info, gdim = compat.element_info(V), V.mesh.geometry.dim
+def element_fault(V: FunctionSpace, shape: Any = None, needed: str = "") -> str | None:
+    """Return what is wrong with the element of a field, None if nothing is.
+
+    It must be continuous Lagrange of degree 1 or 2. Its values must have the shape, if
+    one is given; the message says what needs it.
+    """
+    info = compat.element_info(V)
     faults = {
-        "the displacement is a view into a larger space; contact needs a Function on a "
-        "space of its own (collapse the sub-space)": info.is_sub_space,
-        "the displacement's element is mixed or holds values at quadrature points; "
-        "contact needs a plain Lagrange one": info.is_mixed,
-        "the displacement's element is not a Lagrange element": not info.is_lagrange,
-        "the displacement's element is discontinuous": info.is_discontinuous,
-        f"the displacement has values of shape {info.value_shape}; contact needs "
-        f"vectors of shape {(gdim,)}": (*info.value_shape, info.block_size)
-        != (gdim, gdim),
-        f"the displacement has degree {info.degree}; supported are 1 and 2": info.degree
-        not in (1, 2),
+        "is mixed or holds values at quadrature points: give the part that is meant, as "
+        "w.sub(1)": info.is_mixed,
+        f"is of {V.ufl_element()}, not a Lagrange element": not info.is_lagrange,
+        "is discontinuous: it must be a continuous Lagrange Function": (
+            info.is_discontinuous
+        ),
+        f"has values of shape {info.value_shape}; {needed}": (
+            shape is not None and info.value_shape != shape
+        ),
+        f"has degree {info.degree}; supported are 1 and 2": info.degree not in (1, 2),
     }
     return next((text for text, is_bad in faults.items() if is_bad), None)
+
+
+def check_fields(name: str, fields: Any, shape: Any = None, needed: str = "") -> None:
+    """Raise unless an argument has Functions of elements that are supported, or parts
+    of mixed ones that are. Collective."""
+    for f in fields:
+        if not isinstance(f, Function):
+            raise ContactError(f"{name} must be a Function, not {type(f).__name__}")
+        V = f.function_space
+        if compat.element_info(V).is_sub_space:
+            V, _ = compat.collapsed(V)
+        fault = element_fault(V, shape, needed)
+        if fault is not None:
+            raise ContactError(f"{name}, {f.name}, {fault}")
 
 
 def _value_fault(u: Function) -> str | None:
@@ -97,7 +113,13 @@ def _value_fault(u: Function) -> str | None:
 def check_space(u: Function) -> None:
     """Refuse displacements that raymortar cannot handle."""
     V = u.function_space
-    message = _mesh_fault(V.mesh) or _element_fault(V) or _value_fault(u)
+    shape, message = (V.mesh.geometry.dim,), _mesh_fault(V.mesh)
+    if compat.element_info(V).is_sub_space:
+        message = (
+            message or "the displacement is a view into a larger space: collapse it"
+        )
+    fault = element_fault(V, shape, f"contact needs vectors of shape {shape}")
+    message = message or (f"the displacement {fault}" if fault else _value_fault(u))
     raise_everywhere(V.mesh.comm, message)
 
 
@@ -253,13 +275,7 @@ def _on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
 
 def off_axis(mesh: Mesh, facets: Facets) -> Facets:
     """Leave out facets on the axis."""
-    off = ~_on_axis(mesh, facets)[0]
-    return replace(
-        facets,
-        facets=facets.facets[off],
-        cells=facets.cells[off],
-        local_facets=facets.local_facets[off],
-    )
+    return facets.some(~_on_axis(mesh, facets)[0])
 
 
 def check_off_axis(mesh: Mesh, facets: Facets) -> None:

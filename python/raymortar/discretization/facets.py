@@ -16,7 +16,7 @@ from dolfinx.fem import FunctionSpace
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices
+from ..compat import Array, Indices, Mask
 from ..errors import ContactError, format_point, raise_everywhere, spoken_tag, together
 from .ranks import count_marks
 from .reference_facets import (
@@ -57,6 +57,11 @@ class Facets:
     def spoken(self) -> str:
         """Their tag, for a message."""
         return spoken_tag(self.tag, self.name)
+
+    def some(self, marks: Mask) -> Facets:
+        """Facets that are marked, (n_facets,)."""
+        facets, cells, local = self.facets, self.cells, self.local_facets
+        return Facets(self.tag, facets[marks], cells[marks], local[marks], self.name)
 
 
 def join(facets_list: Sequence[Facets]) -> Facets:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from mpi4py import MPI
 
 import numpy as np
 from dolfinx.mesh import Mesh
+from scipy.sparse import csr_array
 
 from .. import compat
 from ..compat import Array, Indices
+from ..partitions import levels
 from .bodies import Bodies, find_bodies
 from .facets import Facets, Global, all_exterior_facets, check_tags
-from .ranks import of_all
+from .ranks import index_among, of_all
 from .reference_facets import N_CORNERS, middle_normals, units
 from .surfaces import Surface
 
@@ -66,23 +68,17 @@ def all_facets(
     for tag, body in known.tolist():
         alone = tag >= 0 and of_tag.count(tag) == 1
         parts.append(Part(None if tag < 0 else tag, None if alone else body))
-        mine = (rows == (tag, body)).all(axis=1)
-        fields = facets.facets, facets.cells, facets.local_facets
-        chosen.append(Facets(tag, *(values[mine] for values in fields)))
+        mine = facets.some((rows == (tag, body)).all(axis=1))
+        chosen.append(replace(mine, tag=tag))
     return chosen, tuple(parts)
 
 
 def _tags(facets: Facets, facet_tags: Any) -> Global:
     """Tag of each facet, -1: none."""
-    tags = np.full(len(facets.facets), -1, dtype=np.int64)
     if facet_tags is None:
-        return tags
-    place = np.searchsorted(facet_tags.indices, facets.facets)
-    place = np.minimum(place, max(len(facet_tags.indices) - 1, 0))
-    if len(facet_tags.indices):
-        has = facet_tags.indices[place] == facets.facets
-        tags[has] = facet_tags.values[place[has]]
-    return tags
+        return np.full(len(facets.facets), -1)
+    place = index_among(facet_tags.indices, facets.facets)
+    return np.append(facet_tags.values, -1).astype(np.int64)[place]
 
 
 def _by_place(u: Any, bodies: Bodies) -> Indices:
@@ -108,11 +104,7 @@ def in_order(places: Array, tolerance: float) -> Indices:
 
     Values next to each other that differ by no more than the tolerance are the same.
     """
-    ranks = np.empty(places.shape, dtype=np.int32)
-    for k, values in enumerate(places.T):
-        order = np.argsort(values, kind="stable")
-        ranks[order, k] = np.cumsum(np.diff(values[order], prepend=-np.inf) > tolerance)
-    return np.lexsort(ranks.T[::-1])
+    return np.lexsort(levels(places, tolerance).T[::-1])
 
 
 def corner_ids(surface: Surface) -> Global:
@@ -157,13 +149,10 @@ def _middles(surface: Surface) -> tuple[Array, Array]:
 
 def _pairs_at_vertices(mine: Global, others: Global) -> tuple[Indices, Indices]:
     """Rows of two tables (facets, corners) that have a number in common, each once."""
-    order = np.argsort(others.ravel(), kind="stable")
-    vertices = others.ravel()[order]
-    begin = np.searchsorted(vertices, mine.ravel(), "left")
-    counts = np.searchsorted(vertices, mine.ravel(), "right") - begin
-    first = np.repeat(begin - np.cumsum(counts) + counts, counts)
-    met = order[np.arange(counts.sum()) + first] // others.shape[1]
-    rows = np.repeat(np.arange(mine.size) // mine.shape[1], counts)
-    pairs = np.unique(rows.astype(np.int64) * max(len(others), 1) + met)
-    row, other = np.divmod(pairs, max(len(others), 1))
-    return row, other
+    corners = np.concatenate([mine, others])
+    known, number = np.unique(corners, return_inverse=True)
+    row = np.repeat(np.arange(len(corners)), corners.shape[1])
+    shape = len(corners), len(known)
+    has = csr_array((np.ones(len(row)), (row, number.ravel())), shape=shape)
+    row, met = (has[: len(mine)] @ has[len(mine) :].T).nonzero()
+    return row, met

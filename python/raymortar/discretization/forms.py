@@ -13,6 +13,7 @@ from ufl.algorithms import expand_derivatives
 
 from .. import compat
 from ..errors import ContactError, ContactWarning, described
+from .joined import Displacement
 from .unknowns import Unknowns
 
 _RESIDUAL = (
@@ -20,6 +21,8 @@ _RESIDUAL = (
     "displacement is a part of a mixed Function w, give Contact that part, as w.sub(0)"
 )
 _JACOBIAN = "a bilinear form in test and trial function of contact.u.function_space"
+_MIXED_RESIDUAL = "a linear form in the test functions of the mixed space"
+_MIXED_JACOBIAN = "a bilinear form in test and trial functions of the mixed space"
 
 
 def check_form(
@@ -113,10 +116,7 @@ def find_unknowns(F: Any, J: Any, u: Any, unknowns: Unknowns) -> list[Function]:
             f"the displacements {unknowns.name} are on meshes of their own: F must be a "
             "list of residuals, with u= a list of what they are solved for"
         )
-    only = unknowns.displacements[0]
-    found = (
-        _alone(F, J, only.given) if only.component is None else _whole(F, J, unknowns)
-    )
+    found = _single(F, J, unknowns.only)
     named = list(u) if isinstance(u, (list, tuple)) else [u]
     if u is not None and (len(named) != 1 or named[0] is not found):
         raise ContactError(
@@ -126,42 +126,33 @@ def find_unknowns(F: Any, J: Any, u: Any, unknowns: Unknowns) -> list[Function]:
     return [found]
 
 
-def _alone(F: Any, J: Any, u: Function) -> Function:
-    """The displacement as the only unknown."""
-    check_form("F", F, 1, _RESIDUAL, u.function_space)
+def _single(F: Any, J: Any, only: Displacement) -> Function:
+    """The displacement as the only unknown, or the mixed Function that it is a part of."""
+    V, wanted = only.given.function_space, (_RESIDUAL, _JACOBIAN)
+    what, where = "the displacement that Contact was given", "contact.u"
+    if only.component is not None:
+        wanted = _MIXED_RESIDUAL, _MIXED_JACOBIAN
+        what = f"the mixed Function that {only.given.name} is a part of"
+        where = "that one (ufl.split)"
+        check_form("F", F, 1, wanted[0])
+        V = F.arguments()[0].ufl_function_space()
+        if not compat.contains(V, only.given.function_space):
+            raise ContactError(
+                "F has a test function in another space than the mixed one that the "
+                f"displacement {only.given.name} is a part of"
+            )
+    check_form("F", F, 1, wanted[0], V)
     if J is not None:
-        check_form("J", J, 2, _JACOBIAN, u.function_space)
-    elif not any(coefficient is u for coefficient in F.coefficients()):
-        raise ContactError(
-            "F does not depend on the displacement that Contact was given, but on "
-            f"{[str(c) for c in F.coefficients()]}: write it in contact.u, or give J"
-        )
-    return u
-
-
-def _whole(F: Any, J: Any, unknowns: Unknowns) -> Function:
-    """The mixed Function that has the displacement as a part."""
-    check_form("F", F, 1, "a linear form in the test functions of the mixed space")
-    W = F.arguments()[0].ufl_function_space()
-    given = unknowns.displacements[0].given
-    if not compat.contains(W, given.function_space):
-        raise ContactError(
-            "F has a test function in another space than the mixed one that the "
-            f"displacement {given.name} is a part of"
-        )
-    if J is not None:
-        wanted = "a bilinear form in test and trial functions of the mixed space"
-        check_form("J", J, 2, wanted, W)
+        check_form("J", J, 2, wanted[1], V)
     for f in F.coefficients():
-        if isinstance(f, Function) and compat.same_values(f, given):
+        if isinstance(f, Function) and compat.same_values(f, only.given):
             return f
     if J is None:
         raise ContactError(
-            f"F does not depend on the mixed Function that {given.name} is a part "
-            f"of, but on {[str(c) for c in F.coefficients()]}: write it in that one "
-            "(ufl.split), or give J"
+            f"F does not depend on {what}, but on "
+            f"{[str(c) for c in F.coefficients()]}: write it in {where}, or give J"
         )
-    return Function(W, given.x)
+    return only.given if only.component is None else Function(V, only.given.x)
 
 
 def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Function]:
@@ -192,8 +183,7 @@ def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Funct
     for i, (form, f) in enumerate(zip(F, u)):
         wanted = f"a linear form in the test function of {f.name}'s space"
         check_form(f"F[{i}]", form, 1, wanted, f.function_space)
-    givens = [d.given for d in unknowns.displacements]
-    if not all(any(compat.same_values(f, given) for f in u) for given in givens):
+    if any(d.place_among(u) is None for d in unknowns.displacements):
         raise ContactError(unknowns.absence(u))
     if J is None:
         return list(u)

@@ -63,6 +63,13 @@ class Displacement:
         """Index of each local dof in the array of the Function that has it."""
         return np.arange(len(self.u.x.array)) if self._dofs is None else self._dofs
 
+    def place_among(self, functions: Sequence[Function]) -> int | None:
+        """Number of the Function that has it, None if none of them does."""
+        return next(
+            (i for i, f in enumerate(functions) if compat.same_values(f, self.given)),
+            None,
+        )
+
     def pull(self) -> None:
         """Update the copy."""
         if self._dofs is not None:

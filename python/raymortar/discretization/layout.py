@@ -18,20 +18,12 @@ import numpy.typing as npt
 from dolfinx.fem import Function
 
 from .. import _cpp, compat
-from ..compat import Array, Indices
+from ..compat import Indices
 from ..rigid.body import Body
 from .ranks import marked_everywhere
 from .unknowns import Unknowns
 
 Global = npt.NDArray[np.int64]
-
-
-def _spread(index_map: Any, owned: npt.ArrayLike) -> Array:
-    """Values of the owners, sent to ghosts too. Whole numbers up to 2^53 stay exact."""
-    vector = compat.create_la_vector(index_map, 1)
-    vector.array[: index_map.size_local] = owned
-    compat.scatter_forward(vector)
-    return vector.array.copy()
 
 
 class CoupledRows:
@@ -114,9 +106,11 @@ class CoupledRows:
     def _number(index_map: Any, owned: Indices, width: int, begin: int) -> Global:
         """Rows of all local dofs: owned ones are numbered in order, ghosts get the
         owner's row, others -1."""
-        rows = np.full(index_map.size_local, -1.0)
-        rows[owned] = begin + width * np.arange(len(owned))
-        return _spread(index_map, rows).astype(np.int64)
+        rows = compat.create_la_vector(index_map)  # exact up to 2^53
+        rows.array[:] = -1.0
+        rows.array[owned] = begin + width * np.arange(len(owned))
+        compat.scatter_forward(rows)
+        return rows.array.astype(np.int64)
 
     @property
     def size_global(self) -> int:

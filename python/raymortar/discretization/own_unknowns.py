@@ -90,16 +90,12 @@ def single_number(comm: MPI.Comm, name: str) -> Function:
 def find_fields(fields: Sequence[Displacement], unknowns: Unknowns, owner: str) -> None:
     """Note which unknown each field is, or is a part of; raise if it is none."""
     for one in fields:
-        found = [
-            k
-            for k, f in enumerate(unknowns.functions)
-            if compat.same_values(f, one.given)
-        ]
-        if not found:
+        place = one.place_among(unknowns.functions)
+        if place is None:
             names = ", ".join(f.name for f in unknowns.functions)
             raise ContactError(
                 f"the field {one.given.name} that {owner} was given is none of the "
                 f"unknowns [{names}], nor a part of one: give the problem its equation "
                 "too, F and u as lists"
             )
-        one.at = found[0]
+        one.at = place

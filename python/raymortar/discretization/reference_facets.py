@@ -71,6 +71,11 @@ def units(vectors: Array) -> Array:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
+def dot(a: Array, b: Array) -> Array:
+    """Products of vectors (..., d), (...)."""
+    return np.einsum("...d,...d->...", a, b)
+
+
 def match_points(points: Array, targets: Array) -> list[int]:
     """Index among points of each target."""
     distances = np.linalg.norm(points[None] - targets[:, None], axis=2)

@@ -12,7 +12,7 @@ from .. import compat
 from ..compat import Array, Indices, Mask
 from .facets import Facets, coordinates, facet_corners, points_inward
 from .ranks import index_among, of_all
-from .reference_facets import FACET_SHAPE, match_points, middle_normals, units
+from .reference_facets import FACET_SHAPE, dot, match_points, middle_normals, units
 
 # A ray stops after this many cells: the body is thicker than its length
 MOST_CELLS = 64
@@ -61,9 +61,9 @@ class Cells:
         nodes = self.x[self.corners[cell]]
         points = nodes[:, self.of_facet]
         middle, m = points.mean(axis=2), middle_normals(self.shape, 1, points)
-        outward = _dot(m, middle - nodes.mean(axis=1)[:, None])
+        outward = dot(m, middle - nodes.mean(axis=1)[:, None])
         m = np.where(outward[..., None] < 0.0, -m, m)
-        return _dot(m, way[:, None]), _dot(m, x[:, None] - middle)
+        return dot(m, way[:, None]), dot(m, x[:, None] - middle)
 
     def contain(self, cell: Indices, x: Array) -> Mask:
         """Whether each cell, taken as straight, has its point inside, (n,)."""
@@ -82,11 +82,6 @@ class Cells:
             length = np.where(ahead, -height / slope, np.inf)
         first, rows = length.argmin(axis=1), np.arange(len(rays))
         return facets[rows, first], np.maximum(length[rows, first], rays["length"])
-
-
-def _dot(m: Array, x: Array) -> Array:
-    """Products of vectors at the facets of cells, (n, facets)."""
-    return np.einsum("rfd,rfd->rf", m, np.broadcast_to(x, m.shape))
 
 
 def _start(mesh: Mesh, facets: Facets) -> Rays:

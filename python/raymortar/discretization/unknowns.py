@@ -156,15 +156,8 @@ class Unknowns:
 
     def solve_for(self, functions: Sequence[Function], settled: bool) -> None:
         """Take what a problem solves for."""
-        found = [
-            next(
-                (i for i, f in enumerate(functions) if compat.same_values(f, d.given)),
-                None,
-            )
-            for d in self.displacements
-        ]
-        places = [place for place in found if place is not None]
-        if len(places) < len(found):
+        places = [d.place_among(functions) for d in self.displacements]
+        if None in places:
             raise ContactError(self.absence(functions))
         same = len(functions) == len(self.functions) and all(
             compat.same_values(f, g) for f, g in zip(functions, self.functions)
@@ -174,6 +167,7 @@ class Unknowns:
                 "contact is of a problem with other unknowns: make another Contact"
             )
         for d, place in zip(self.displacements, places):
+            assert place is not None
             d.at = place
         self.functions = list(functions)
         self.spaces = [f.function_space for f in functions]
@@ -288,8 +282,6 @@ class Unknowns:
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
-        if len(self._arrays) == 1:
-            return self._arrays[0].copy()
         return np.concatenate(self._arrays)
 
     def set_values(self, values: Array) -> None:
@@ -392,9 +384,6 @@ class Unknowns:
                 part = found[starts[k] : starts[k + 1]]
                 compat.set_bc(part, conditions, self._arrays[k])
         increment = found * (np.abs(found) > ROUNDING * np.abs(values))
-        if self.is_plain:
-            owned = found[: self._starts[False][-1]]
-            return Lacking(known.owned, owned, increment, increment, values)
         of_u = increment[self.u_local]
         return Lacking(known.owned, self.owned_part(found), increment, of_u, values)
 

@@ -13,7 +13,7 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array, Mask
-from ..contact import Contact
+from ..contact import Contact, one_or_several
 from ..discretization.forms import check_form
 from ..errors import (
     ContactError,
@@ -23,7 +23,6 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interactions import one_or_several
 from ..interface.probing import product
 from ..system.split import Inputs
 from ..system.volume import without_zeros

@@ -84,6 +84,7 @@ class ContactSurfaces:
     """Surfaces of a contact, and the functions on them."""
 
     unknowns: Unknowns
+    pairs: PairTable
     tied: str | None  # "keep" or "close" for a tie; None: contact
     zones: list[ZoneData]  # a slave surface each, with all its masters
     references: Sequence[Reference]  # to see whether the mesh is moved
@@ -123,23 +124,27 @@ class ContactSurfaces:
 
 
 def make_surfaces(
-    unknowns: Unknowns,
+    u: Function | Sequence[Function],
     facet_tags: Any,
-    groups: Sequence[Group],
+    pairs: Any,
+    names: Mapping[str, Any] | None,
     options: ContactOptions,
     tied: str | None,
-    names: Mapping[int, str],
 ) -> ContactSurfaces:
     """Find the facets of a contact, and make its multiplier, rows and zones. Collective.
 
-    Facet tags are those of each mesh, names by tag.
+    Arguments are those of `Contact`, which are checked.
     """
-    u, turns = unknowns.u, bool(options.axisymmetric)
+    unknowns, table, groups = _checked(u, pairs, names, options, tied)
+    joined, turns = unknowns.u, bool(options.axisymmetric)
     # Facets at shared vertices have no partner, which a multiplier needs
     may_share = isinstance(options.method, Penalty) and tied is None
-    facets = find_facets(u, facet_tags, groups, turns, options.smooth, may_share, names)
+    by_tag = names_by_tag(table.names_at(0))
+    facets = find_facets(
+        joined, facet_tags, groups, turns, options.smooth, may_share, by_tag
+    )
     # All slaves are on one mesh
-    slave_u = parts_of(u)[facets[0].slave_part]
+    slave_u = parts_of(joined)[facets[0].slave_part]
     mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree
     degree, components = options.multiplier_kind(p, mesh.geometry.dim, tied is not None)
     multiplier, slave_dofs = None, np.empty(0, dtype=np.int32)
@@ -150,61 +155,40 @@ def make_surfaces(
         tables = [facet_dof_table(W, zone.slave).ravel() for zone in facets]
         slave_dofs = np.unique(np.concatenate(tables))
     scalar = compat.scalar_space(mesh, degree)
-    vector = compat.vector_space(mesh, degree)
-    layout = Layout(
-        unknowns, multiplier, slave_dofs, free_bodies(facets, unknowns.comm)
-    )
-    bodies = find_bodies(u.function_space)
-    cells = [Cells(part.function_space.mesh) for part in parts_of(u)]
+    free = free_bodies(facets, unknowns.comm)
+    layout = Layout(unknowns, multiplier, slave_dofs, free)
+    bodies = find_bodies(joined.function_space)
+    cells = [Cells(part.function_space.mesh) for part in parts_of(joined)]
     zones = [
         create_zone(zone, layout, options, scalar, cells, bodies, tied)
         for zone in facets
     ]
-    fixed = references(u, facets)
     return ContactSurfaces(
-        unknowns,
-        tied,
-        zones,
-        fixed,
-        slave_u,
-        multiplier,
-        scalar,
-        vector,
-        layout,
-        bodies,
+        unknowns=unknowns,
+        pairs=table,
+        tied=tied,
+        zones=zones,
+        references=references(joined, facets),
+        slave_u=slave_u,
+        multiplier=multiplier,
+        scalar=scalar,
+        vector=compat.vector_space(mesh, degree),
+        layout=layout,
+        bodies=bodies,
     )
 
 
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
-    """Find the free bodies that slaves meet, each once; give them levers. Collective."""
-    found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
-    for body in found:
-        if body.freedom.lever is None:
-            sides = [zone.slave_surface.X for zone in facets if body in zone.bodies]
-            # Diagonal of the box around the slaves
-            ends = ends_of(np.concatenate(sides), comm)
-            body.freedom.lever = float(np.linalg.norm(np.ptp(ends, axis=0)))
-    return list(found)
-
-
-@dataclass(frozen=True)
-class Given:
-    """Arguments of a contact that say where it is."""
-
-    unknowns: Unknowns
-    names: dict[str, int]  # facet tag by name
-    pairs: PairTable  # each once
-    groups: list[Group]  # slaves and their masters
-
-
-def check_given(
+def _checked(
     u: Function | Sequence[Function],
     pairs: Any,
     names: Mapping[str, Any] | None,
     options: ContactOptions,
-    tied: str | None = None,
-) -> Given:
-    """Arguments of a contact, after checks of all but its facets. Collective."""
+    tied: str | None,
+) -> tuple[Unknowns, PairTable, list[Group]]:
+    """Check all arguments of a contact but its facets. Collective.
+
+    Returns its unknowns, its pairs, each once, and the slaves with their masters.
+    """
     first = u[0] if isinstance(u, (list, tuple)) and u else u
     if not isinstance(first, Function):
         raise ContactError(f"u must be a Function, not {type(first).__name__}")
@@ -220,7 +204,19 @@ def check_given(
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
-    return Given(unknowns, known, PairTable(each, [known] * len(each)), groups)
+    return unknowns, PairTable(each, [known] * len(each)), groups
+
+
+def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
+    """Find the free bodies that slaves meet, each once; give them levers. Collective."""
+    found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
+    for body in found:
+        if body.freedom.lever is None:
+            sides = [zone.slave_surface.X for zone in facets if body in zone.bodies]
+            # Diagonal of the box around the slaves
+            ends = ends_of(np.concatenate(sides), comm)
+            body.freedom.lever = float(np.linalg.norm(np.ptp(ends, axis=0)))
+    return list(found)
 
 
 def _require_leader(

@@ -200,19 +200,34 @@ def _in_own_cells(
     """Whether points are in cells of this rank, of a body, that have no vertex of some
     numbers, (n,)."""
     k = zone.facets.slave_part
-    V, places = parts_of(surfaces.u)[k].function_space, places_of(surfaces.u, k)
-    dofs = compat.dofmap_array(V)
+    V = parts_of(surfaces.u)[k].function_space
     number = compat.local_to_global(V.dofmap.index_map) + k * NUMBERS_OF_PART
-    cells, own = Cells(V.mesh), dofs[:, 0]
-    of_cell = surfaces.bodies.dofs[own if places is None else places[own]]
-    every = np.arange(len(dofs), dtype=np.int32)
+    at, cell, of_cell = _cells_at(surfaces, k, x, np.arange(surfaces.bodies.count))
+    at_cell = number[compat.dofmap_array(V)[cell]][:, None]
+    is_near = (ids[at, :, None] == at_cell).any(axis=(1, 2))
     inside = np.zeros(len(x), dtype=bool)
-    if len(x) and len(every):
-        at, cell = compat.points_in_boxes(V.mesh, every, x)
-        is_near = (ids[at, :, None] == number[dofs[cell]][:, None]).any(axis=(1, 2))
-        is_in = cells.contain(cell, x[at]) & (of_cell[cell] == body[at]) & ~is_near
-        inside[at[is_in]] = True
+    inside[at[(of_cell == body[at]) & ~is_near]] = True
     return inside
+
+
+def _cells_at(
+    surfaces: ContactSurfaces, k: int, x: Array, chosen: Indices
+) -> tuple[Indices, Indices, Indices]:
+    """Points by number, cells of chosen bodies on the k-th mesh that they are in, and
+    the bodies of these."""
+    V, places = parts_of(surfaces.u)[k].function_space, places_of(surfaces.u, k)
+    cells, dofs = Cells(V.mesh), compat.dofmap_array(V)[:, 0]
+    body = surfaces.bodies.dofs[dofs if places is None else places[dofs]]
+    nodes = cells.x[cells.corners]
+    low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
+    near = (nodes.max(axis=1) > low) & (nodes.min(axis=1) < high)
+    cell = np.flatnonzero(near.all(axis=1) & np.isin(body, chosen)).astype(np.int32)
+    if not len(cell):
+        return cell, cell, cell
+    at, cell = compat.points_in_boxes(V.mesh, cell, x)
+    inside = cells.contain(cell, x[at])
+    at, cell = at[inside], cell[inside]
+    return at, cell, body[cell]
 
 
 def _inside(
@@ -225,19 +240,11 @@ def _inside(
     """
     x, found = rows[:, 2:], []
     other, own = rows[:, :2].astype(np.int64).T
-    for k, part in enumerate(parts_of(surfaces.u)):
-        V, places = part.function_space, places_of(surfaces.u, k)
-        cells, dofs = Cells(V.mesh), compat.dofmap_array(V)[:, 0]
-        body = surfaces.bodies.dofs[dofs if places is None else places[dofs]]
-        nodes = cells.x[cells.corners]
-        low, high = x.min(axis=0, initial=np.inf), x.max(axis=0, initial=-np.inf)
-        near = (nodes.max(axis=1) > low) & (nodes.min(axis=1) < high)
-        cell = np.flatnonzero(near.all(axis=1) & of_sides.any(axis=0)[body])
-        if len(cell):
-            at, cell = compat.points_in_boxes(V.mesh, cell.astype(np.int32), x)
-            inside = cells.contain(cell, x[at]) & (own[at] != body[cell])
-            at = at[inside & of_sides[other[at], body[cell]]]
-            found += np.column_stack([other, x])[at].tolist()
+    for k in range(len(parts_of(surfaces.u))):
+        on_sides = np.flatnonzero(of_sides.any(axis=0))
+        at, _, body = _cells_at(surfaces, k, x, on_sides)
+        at = at[(own[at] != body) & of_sides[other[at], body]]
+        found += np.column_stack([other, x])[at].tolist()
     return found
 
 

@@ -13,7 +13,7 @@ from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
     SetUpError,
-    is_real_number,
+    positive,
     raise_everywhere,
     require_agreement,
     together,
@@ -106,10 +106,9 @@ class PresentState:
     @dt.setter
     def dt(self, value: float) -> None:
         with together(self._comm):
-            if not (is_real_number(value) and np.isfinite(value) and value > 0.0):
-                raise ContactError(f"dt = {value!r} must be a positive number")
-        require_agreement(self._comm, dt=float(value))
-        self._dt = float(value)
+            dt = positive("dt", value)
+        require_agreement(self._comm, dt=dt)
+        self._dt = dt
         for body in self._surfaces.layout.bodies:
             body.cpp.dt = self._dt
         self.note_change()

@@ -10,28 +10,18 @@ from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx.fem import FunctionSpace
+from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Mask
 from ..discretization.ranks import largest, marked_everywhere, sums_at
-from ..discretization.reference_facets import (
-    N_CORNERS,
-    middle_normals,
-    shape_functions,
-    units,
-)
-from ..discretization.surfaces import (
-    Surface,
-    facet_lengths,
-    surface_normals,
-    vector_areas,
-)
+from ..discretization.reference_facets import N_CORNERS, middle_normals, units
+from ..discretization.surfaces import Surface, facet_lengths, vector_areas
 from ..errors import ContactWarning, SetUpError, format_point, raise_everywhere
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken
-from .point_results import CLOSED, OPEN
+from .point_results import CLOSED, OPEN, nodal_average
 from .zone_data import ZoneData
 
 # A node is a corner if the mean of the unit normals around it is shorter. The mean of
@@ -130,26 +120,13 @@ def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
 def require_masters(tie: ContactSurfaces, partial: bool) -> None:
     """Raise for slave nodes of a paired tie without a master. Collective.
 
-    If it is partial, one at least must have a master. The area of a node is the
-    integral of the square of its shape function.
+    If it is partial, one at least must have a master.
     """
-    comm, V, shares = tie.comm, tie.scalar, []
-    degree = compat.element_info(V).degree
-    for zone in tie.zones:
-        points, surface = zone.cpp.points(), zone.facets.slave_surface
-        hit = points["status"] >= OPEN
-        N, _ = shape_functions(surface.shape, degree, points["xi"][hit])
-        met = points["area"][hit, None] * N**2
-        dofs = zone.result_table[points["slave"][hit]]
-        shares.append((dofs, met[..., None] * [1.0, 0.0]))
-        xi, weights, m = surface_normals(surface)
-        N, _ = shape_functions(surface.shape, degree, xi)
-        areas = np.einsum("q,fq,qa->fa", weights, np.linalg.norm(m, axis=-1), N**2)
-        shares.append((zone.result_table, areas[..., None] * [0.0, 1.0]))
+    comm, V, covered = tie.comm, tie.scalar, Function(tie.scalar)
+    nodal_average(tie.zones, lambda p: p["status"] >= OPEN, covered, hits_only=False)
     n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-    covered, whole = sums_at(V.dofmap.index_map, 2, *shares)[:n].T
-    on = np.flatnonzero(whole > 0.0)
-    share = covered[on] / whole[on]
+    on = np.flatnonzero(np.isfinite(covered.x.array[:n]))
+    share = covered.x.array[on]
     if partial and comm.allreduce(int((share > 0.0).any())):
         return
     x = V.tabulate_dof_coordinates()[on, :dim]

@@ -21,7 +21,7 @@ from ..discretization.slave_fields import (
     is_field,
 )
 from ..errors import ContactError, Options
-from .user_laws import UserLaw, check_fields, check_functions, offered, real_values
+from .user_laws import UserLaw
 
 
 class Law(Options):
@@ -124,54 +124,21 @@ class Friction(UserLaw, Law):
     >>> law = Friction(bound)
     """
 
-    owner, function, first = "Friction", "bound", ("p", "v")
-    _make = _cpp.PointBound
+    owner, function, first, kind = "Friction", "bound", ("p", "v"), "callable"
+    of_fields, _make = FRICTION_FIELD, _cpp.PointBound
     bound: Callable[..., Array]
     derivatives: Callable[..., tuple[Array, Array]] | None = None
     fields: Sequence[Function] = ()
 
-    def check(self) -> None:
-        check_functions(self.owner, self._functions(), self.first, kind="callable")
-        check_fields(self.owner, FRICTION_FIELD, self.fields)
-
-    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
-        """Call ``bound`` or ``derivatives`` with the arguments that it has.
-
-        They are copies, which it may write to.
-        """
-        if "fields" in offered(getattr(self, name), 2) and not self.fields:
+    def values(self, at: Any, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the bound at pressures and slip rates, (n,)."""
+        found = super().values(at, given)
+        if found.min(initial=0.0) < 0.0:
             raise ContactError(
-                f"Friction.{name} has the argument fields, and there are none: give "
-                "Friction(bound, fields=[...])"
+                "Friction.bound returns a bound that is negative, at "
+                f"{self.place(at, int(np.argmin(found)))}"
             )
-        return self._evaluate(name, (p, v), given)
-
-    def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
-        """Evaluate and check the bound, (n,)."""
-        found = real_values("Friction.bound", self.call("bound", p, v, given), len(p))
-        if not (np.isfinite(found).all() and found.min(initial=0.0) >= 0.0):
-            raise _not_finite(p, v)
         return found
-
-    def given_slopes(
-        self, p: Array, v: Array, given: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """Evaluate and check the derivatives by p and v, (n,) each."""
-        slopes = self.call("derivatives", p, v, given)
-        found = [real_values("Friction.derivatives", one, len(p)) for one in slopes]
-        if len(found) != 2:
-            raise ContactError("Friction.derivatives must return (ds/dp, ds/dv)")
-        if not np.isfinite(found).all():
-            raise _not_finite(p, v)
-        by_p, by_v = found
-        return by_p, by_v
-
-
-def _not_finite(p: Array, v: Array) -> ContactError:
-    return ContactError(
-        "Friction has a bound that is negative, or values that are not finite, at "
-        f"pressures up to {p.max():.3e} and slip rates up to {v.max():.3e}"
-    )
 
 
 LAWS = (Coulomb, Tresca, Stick, Friction)

@@ -10,7 +10,7 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..discretization.curving import Smooth
-from ..discretization.slave_fields import OFFSET, FieldValue, check_field
+from ..discretization.slave_fields import FieldValue
 from ..errors import (
     ContactError,
     Options,
@@ -119,10 +119,7 @@ class Penalty(Options):
 
     def check(self) -> None:
         check_coefficient(self.gamma)
-        if not is_one_of(self.tangential, ("elastic", "rate")):
-            raise ContactError(
-                f"tangential must be 'elastic' or 'rate', not {self.tangential!r}"
-            )
+        choice("tangential", self.tangential, ("elastic", "rate"))
         truth("exact", self.exact)
 
 
@@ -225,10 +222,6 @@ class ContactOptions:
             raise ContactError(f"search must be a Search, not {self.search!r}")
         for part in filter(None, (self.method, friction, self.search)):
             part.check()
-        if friction is not None and friction.quantity is not None:
-            check_field(friction.quantity, friction.coefficient)
-        if self.offset is not None:
-            check_field(OFFSET, self.offset)
         degree = self.quadrature_degree
         if degree is not None and not (is_whole_number(degree) and 1 <= degree <= 30):
             raise ContactError(
@@ -240,11 +233,6 @@ class ContactOptions:
         """Whether friction springs carry a traction from step to step."""
         kept = getattr(self.method, "tangential", "elastic") == "elastic"
         return kept and self.friction is not None
-
-    @property
-    def has_dual_multiplier(self) -> bool:
-        """Whether the multiplier is of dual functions."""
-        return has_dual_multiplier(self.method)
 
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.

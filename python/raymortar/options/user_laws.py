@@ -7,6 +7,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from copy import deepcopy
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -82,16 +83,6 @@ def _takes(function: Any, count: int) -> bool:
     return True
 
 
-def check_fields(owner: str, quantity: Quantity, fields: Sequence[Any]) -> None:
-    """Raise unless fields of a law are scalar Functions."""
-    for one in fields:
-        if not isinstance(one, Function):
-            raise ContactError(
-                f"{owner}.fields has {described(one)}, which is no Function"
-            )
-        check_function(quantity, one)
-
-
 def real_values(name: str, values: Any, count: int) -> Array:
     """Convert what a law's function returns for so many points, or raise."""
     found = np.asarray(values)
@@ -111,9 +102,29 @@ class UserLaw:
 
     owner: ClassVar[str]  # class of the law, for messages
     function: ClassVar[str]
+    kind: ClassVar[str] = "function"  # what messages call it
     first: ClassVar[tuple[str, ...]]  # arguments by their order
+    of_fields: ClassVar[Quantity]
     derivatives: Callable[..., Any] | None
     fields: Sequence[Function]
+
+    def check(self) -> None:
+        """Raise for functions and fields that cannot be those of the law."""
+        check_functions(self.owner, self._functions(), self.first, kind=self.kind)
+        for one in self.fields:
+            if not isinstance(one, Function):
+                raise ContactError(
+                    f"{self.owner}.fields has {described(one)}, which is no Function"
+                )
+            check_function(self.of_fields, one)
+
+    def _require_fields(self) -> None:
+        """Raise for a law of fields that has none."""
+        if "fields" in self.arguments and not self.fields:
+            raise ContactError(
+                f"{self.owner}.{self.function} has the argument fields, and there are "
+                f"none: give {self.owner}(..., fields=[...])"
+            )
 
     def _functions(self) -> dict[str, Any]:
         """The functions of the law, by name."""
@@ -126,12 +137,43 @@ class UserLaw:
         known = (offered(one, len(self.first)) for one in self._functions().values())
         return set().union(*known)
 
-    def _evaluate(self, name: str, values: Any, given: Mapping[str, Any]) -> Any:
+    def evaluate(self, name: str, at: Any, given: Mapping[str, Any]) -> Any:
         """Call a function with copies of the arguments that it has."""
+        self._require_fields()
         function = getattr(self, name)
         more = offered(function, len(self.first))
         copies = {one: deepcopy(given[one]) for one in more}
-        return function(*(one.copy() for one in values), **copies)
+        return function(*(one.copy() for one in at), **copies)
+
+    def values(self, at: Any, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the law at arguments (n,) each, (n,)."""
+        return self._checked(self.function, self.evaluate(self.function, at, given), at)
+
+    def given_slopes(self, at: Any, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the user's derivatives by the arguments, (n, arguments)."""
+        found = self.evaluate("derivatives", at, given)
+        if len(found) != len(self.first):
+            raise ContactError(
+                f"{self.owner}.derivatives must return the derivatives by "
+                f"{', '.join(self.first)}: it returns {len(found)} arrays"
+            )
+        columns = [self._checked("derivatives", one, at) for one in found]
+        return np.stack(columns, axis=1)
+
+    def _checked(self, name: str, values: Any, at: Any) -> Array:
+        """Values of a function at points, or an error."""
+        found = real_values(f"{self.owner}.{name}", values, len(at[0]))
+        if not np.isfinite(found).all():
+            raise ContactError(
+                f"{self.owner}.{name} returns values that are not finite, at "
+                f"{self.place(at, int(np.argmin(np.isfinite(found))))}"
+            )
+        return found
+
+    def place(self, at: Any, k: int) -> str:
+        """The arguments at one point, for a message."""
+        pairs = zip(self.first, at)
+        return ", ".join(f"{name} = {one[k]:.6g}" for name, one in pairs)
 
 
 def beyond_differences(
@@ -197,43 +239,30 @@ SHARE = 1e-6
 VANISHES = 1e-9
 
 
+@dataclass(eq=False)
 class FluxLaw(UserLaw):
     """A flux as a function of both fields, pressure, gap and slip rate."""
 
-    owner, function, first = "Flux", "law", ARGUMENTS
+    owner, function, first, of_fields = "Flux", "law", ARGUMENTS, FLUX_FIELD
+    law: Callable[..., Array]
+    derivatives: Callable[..., Sequence[Array]] | None
+    fields: Sequence[Function]
 
-    def __init__(
-        self,
-        law: Callable[..., Array],
-        derivatives: Callable[..., Sequence[Array]] | None,
-        fields: Sequence[Function],
-    ) -> None:
-        self.law, self.derivatives, self.fields = law, derivatives, list(fields)
-        check_functions("Flux", self._functions(), ARGUMENTS)
-        check_fields("Flux", FLUX_FIELD, self.fields)
-        if "fields" in self.arguments and not self.fields:
-            raise ContactError(
-                "Flux.law has the argument fields, and there are none: give "
-                "Flux(..., fields=[...])"
-            )
-
-    def values(self, at: Array, given: Mapping[str, Any]) -> Array:
-        """Evaluate and check the flux at arguments (5, n), (n,)."""
-        return _checked("law", self._evaluate("law", at, given), at)
+    def __post_init__(self) -> None:
+        self.check()
+        self._require_fields()
 
     def slopes(self, at: Array, given: Mapping[str, Any]) -> Array:
         """Differentiate the flux by its arguments (5, n), (n, 5)."""
-        if self.derivatives is None:
-            columns = [self._complex_step(at, given, k) for k in range(len(at))]
-            return np.stack(columns, axis=1)
-        found = self._evaluate("derivatives", at, given)
-        if len(found) != len(ARGUMENTS):
-            raise ContactError(
-                f"Flux.derivatives returns {len(found)} arrays: it must return the "
-                f"derivatives by {', '.join(ARGUMENTS)}"
-            )
-        columns = [_checked("derivatives", one, at) for one in found]
+        if self.derivatives is not None:
+            return self.given_slopes(at, given)
+        columns = [self._complex_step(at, given, k) for k in range(len(at))]
         return np.stack(columns, axis=1)
+
+    def _checked(self, name: str, values: Any, at: Array) -> Array:
+        if np.shape(values) == () and name == "derivatives":
+            values = np.broadcast_to(values, at.shape[1:])
+        return super()._checked(name, values, at)
 
     def _complex_step(self, at: Array, given: Mapping[str, Any], k: int) -> Array:
         """Differentiate by one argument."""
@@ -243,7 +272,7 @@ class FluxLaw(UserLaw):
             with warnings.catch_warnings():
                 # A law that drops imaginary parts is found by its check
                 warnings.simplefilter("ignore")
-                q = np.asarray(self._evaluate("law", shifted, given))
+                q = np.asarray(self.evaluate("law", shifted, given))
         except (TypeError, ValueError) as error:
             raise ContactError(
                 f"Flux.law does not take a complex {ARGUMENTS[k]}, by which it is "
@@ -253,7 +282,7 @@ class FluxLaw(UserLaw):
         if not np.isfinite(slope).all():
             raise ContactError(
                 f"Flux.law has no finite derivative by {ARGUMENTS[k]} at "
-                f"{_shown(at, int(np.argmin(np.isfinite(slope))))}: give derivatives"
+                f"{self.place(at, int(np.argmin(np.isfinite(slope))))}: give derivatives"
             )
         return slope
 
@@ -330,27 +359,9 @@ class FluxLaw(UserLaw):
             )
         return (
             f"dq/d{ARGUMENTS[k]} of {given_by} is {found[worst]:.6g} at "
-            f"{_shown(at, worst)}, and differences of Flux.law give "
+            f"{self.place(at, worst)}, and differences of Flux.law give "
             f"{difference:.6g}: {remedy}"
         )
-
-
-def _checked(name: str, values: Any, at: Array) -> Array:
-    """Values of a law at points, or an error."""
-    if np.shape(values) == () and name == "derivatives":
-        values = np.broadcast_to(values, at.shape[1:])
-    found = real_values(f"Flux.{name}", values, at.shape[1])
-    if not np.isfinite(found).all():
-        raise ContactError(
-            f"Flux.{name} returns values that are not finite, at "
-            f"{_shown(at, int(np.argmin(np.isfinite(found))))}"
-        )
-    return found
-
-
-def _shown(at: Array, k: int) -> str:
-    """The arguments at one point, for a message."""
-    return ", ".join(f"{name} = {one[k]:.6g}" for name, one in zip(ARGUMENTS, at))
 
 
 def _spread(at: Array) -> Array:

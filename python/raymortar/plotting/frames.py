@@ -288,7 +288,7 @@ def gather_cells(
     function; None elsewhere.
     """
     parts = _parts(mesh, *functions[:1]) if parts is None else parts
-    cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)
+    cells = np.arange(compat.owned_cells(mesh), dtype=np.int32)
     shape = compat.cell_name(mesh)
     nodes = np.arange(len(_AROUND[shape]))[None]
     return _gather_around(mesh, shape, cells, lambda degree: nodes, functions, parts)
@@ -307,12 +307,11 @@ def gather_boundary(
     chosen = compat.exterior_facets(mesh) if facets is None else facets
     found = facets_of_mesh(mesh, -1, chosen)
     # The owner of a facet's cell sends the facet: each facet comes once
-    own = found.cells < mesh.topology.index_map(mesh.topology.dim).size_local
-    cells, local = found.cells[own], found.local_facets[own]
+    own = found.some(found.cells < compat.owned_cells(mesh))
     cell = compat.cell_name(mesh)
 
     def nodes_of(degree: int) -> Indices:
-        return cell_facet_nodes(cell, degree)[local]
+        return cell_facet_nodes(cell, degree)[own.local_facets]
 
     shape = FACET_SHAPE[cell]
-    return _gather_around(mesh, shape, cells, nodes_of, functions, parts)
+    return _gather_around(mesh, shape, own.cells, nodes_of, functions, parts)

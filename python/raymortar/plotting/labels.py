@@ -24,7 +24,7 @@ class AxisOptions:
 
     x: str | None = None
     centre: Sequence[float] | None = None
-    units: Units | None = None
+    units: Any = None
     axes: str = "xy"
     zoom: bool = False
 
@@ -41,18 +41,13 @@ class AxisOptions:
 
     def factor(self, quantity: str) -> float:
         """Number by which values of a quantity are multiplied."""
-        return self._units.get(quantity, ("", 1.0))[1]
+        return self.units.get(quantity, ("", 1.0))[1]
 
     def label(self, quantity: str, name: str) -> str:
         """Name and unit of a quantity, for an axis; the unit once."""
-        unit = self._units.get(quantity, ("", 1.0))[0]
+        unit = self.units.get(quantity, ("", 1.0))[0]
         has_unit = name == unit or name.endswith((f"({unit})", f"[{unit}]"))
         return name if has_unit or not unit else f"{name} ({unit})"
-
-    @property
-    def _units(self) -> Mapping[str, tuple[str, float]]:
-        found: Any = self.units
-        return found
 
     def length(self, name: str) -> str:
         """Label of a length."""

@@ -12,7 +12,7 @@ from ..errors import direction
 from ..rigid.body import Body
 from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cylinder, Plane, Sphere, Torus
-from ..rigid.surface import Surface
+from ..rigid.surface import Surface, edges_of
 
 COLOUR = "#7f5539"
 # Slices across each axis in 3D; points along the sides of a slice, and of the grid that
@@ -123,8 +123,8 @@ def _edges_in_space(shape: Surface) -> Any:
     corners = facets[:, :count]
     parts = [corners, np.roll(corners, -1, axis=1), facets[:, count : 2 * count]]
     edges = np.stack([p.ravel() for p in parts if p.size], axis=1)
-    ends = np.sort(edges[:, :2], axis=1)
-    _, first, number = np.unique(ends, axis=0, return_index=True, return_inverse=True)
+    number = edges_of(corners)[0].ravel()
+    _, first = np.unique(number, return_index=True)
     if len(first) <= _EDGES:
         return edges[first]
     x = shape.points[corners]
@@ -132,5 +132,5 @@ def _edges_in_space(shape: Surface) -> Any:
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     # The sum of two unit vectors has the length 2 cos(angle / 2)
     sums = np.zeros((len(first), 3))
-    np.add.at(sums, number.reshape(-1), np.repeat(normal, count, axis=0))
+    np.add.at(sums, number, np.repeat(normal, count, axis=0))
     return edges[first[np.linalg.norm(sums, axis=1) <= 2.0 * np.cos(0.5 * _SHARP)]]

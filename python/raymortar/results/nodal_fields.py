@@ -14,9 +14,8 @@ from ..compat import Array
 from ..errors import ContactError, raise_everywhere, together
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import OPEN, nodes, set_at_nodes, tractions
+from ..interface.point_results import OPEN, set_at_nodes, tractions
 from ..interface.present import PresentState
-from ..interface.zone_data import ZoneData
 from ..options.friction import Law
 
 PARTS = ("total", "normal", "tangential")
@@ -50,35 +49,25 @@ class NodalFields:
         f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
-    def _at_nodes(
-        self, name: str, quantity: Callable[[ZoneData], Any], vector: bool = False
-    ) -> Function:
-        """Values of a law at nodes, and zero off the contact."""
-        f = self._new(name, vector)
-        set_at_nodes(self.surfaces.zones, quantity, f)
-        return f
-
     def _new(self, name: str, vector: bool) -> Function:
         """Zero Function for results of the last update, which there must be."""
         self._present.require_results()
         made = self.surfaces
         return Function(made.vector if vector else made.scalar, name=name)
 
-    def _of_tractions(
+    def _of_law(
         self,
         name: str,
         quantity: Callable[[dict[str, Array]], Any],
         vector: bool = False,
     ) -> Function:
-        """Take a part of the tractions: those of a law at nodes, or means of points."""
-        if not self._has_law_at_nodes:
+        """Take what a law gives: one at nodes these values, others means of points."""
+        zones, lam = self.surfaces.zones, self.surfaces.multiplier
+        if not zones[0].has_law_at_nodes:
             return self._average(name, quantity, vector)
-        lam = self.surfaces.multiplier
-        return self._at_nodes(name, lambda zone: quantity(tractions(zone, lam)), vector)
-
-    @property
-    def _has_law_at_nodes(self) -> bool:
-        return self.surfaces.zones[0].has_law_at_nodes
+        f = self._new(name, vector)
+        set_at_nodes(zones, lambda zone: quantity(tractions(zone, lam)), f)
+        return f
 
     def _gap(self, elsewhere: float) -> Function:
         return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
@@ -104,7 +93,7 @@ class NodalFields:
         """
         check_part(part, self.surfaces.comm)
         name = "traction" if part == "total" else f"{part}_traction"
-        return self._of_tractions(
+        return self._of_law(
             name, lambda points: at_points.traction_part(points, part), True
         )
 
@@ -114,7 +103,7 @@ class NodalFields:
         The normal part of `traction`, of every method, per area as there. Where it is
         negative the law holds in the mean only: see `points`. Collective.
         """
-        return self._of_tractions("pressure", at_points.pressures)
+        return self._of_law("pressure", at_points.pressures)
 
     def slip(self) -> Function:
         """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
@@ -131,10 +120,8 @@ class NodalFields:
         """
         if self.surfaces.tied is not None:
             raise ContactError("a Tie does not slip")
-        if self.friction is not None and self._has_law_at_nodes:
-            return self._at_nodes("slip", lambda zone: nodes(zone)["slip"], True)
         if self.friction is not None:
-            return self._average("slip", lambda points: points["slip"], True)
+            return self._of_law("slip", lambda points: points["slip"], True)
         self._present.require_results()
         zones = self.surfaces.zones
         each = iter([zone.cpp.slips_without_friction() for zone in zones])
@@ -220,11 +207,8 @@ class NodalFields:
         rounded. Numbers are one less than those of `PointStatus`, which tells points
         without hit from open ones.
         """
-        if self._has_law_at_nodes:
-            f = self._at_nodes("status", lambda zone: nodes(zone)["status"])
-            f.x.array[:] = np.maximum(f.x.array - OPEN, 0.0)
-            return f
-        f = self._average("status", lambda points: points["status"] - OPEN)
+        # Nodes of a law at nodes may have no hit
+        f = self._of_law("status", lambda at: np.maximum(at["status"] - OPEN, 0))
         f.x.array[:] = np.round(f.x.array)
         return f
 

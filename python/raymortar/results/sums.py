@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from mpi4py import MPI
@@ -13,6 +13,7 @@ import numpy as np
 from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import Communication, communication
+from ..discretization.reference_facets import dot
 from ..interface.point_results import (
     CLOSED,
     OPEN,
@@ -265,18 +266,16 @@ def _sum_up(
 def resultant_on(zones: Sequence[ZoneData], body: Body) -> Resultant:
     """Sum up force and moment about its centre on a rigid body. Collective."""
     # The equations of a free body take tractions where they act on it
-    found = added(
-        [
-            resultant(zone, zone.facets.bodies.index(body), body.is_free)
-            for zone in zones
-            if body in zone.facets.bodies
-        ]
-    )
-    parts = -found.normal, -found.tangential
+    on_slaves = [
+        resultant(zone, zone.facets.bodies.index(body), body.is_free)
+        for zone in zones
+        if body in zone.facets.bodies
+    ]
+    found = _opposite(added(on_slaves))
     if found.radial is not None:
-        return Resultant(-found.force, 0.0, *parts, -found.radial)
-    to_centre = _plain(_moments(body.place[: len(found.force)], found.force))
-    return Resultant(-found.force, to_centre - found.moment, *parts)
+        return replace(found, moment=0.0)
+    of_force = _plain(_moments(body.place[: len(found.force)], found.force))
+    return replace(found, moment=found.moment - of_force)
 
 
 def added(parts: Sequence[Resultant]) -> Resultant:
@@ -289,7 +288,7 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 def friction_work(zones: Sequence[ZoneData]) -> float:
     """Integrate what tractions take over the step's slip. Collective."""
-    return _integral(zones, lambda p: -_dot(p["traction"], p["slip"]))
+    return _integral(zones, lambda p: -dot(p["traction"], p["slip"]))
 
 
 def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
@@ -297,7 +296,7 @@ def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
 
     def density(points: dict[str, Array]) -> Array:
         t = traction_part(points, part)
-        found, squared = np.zeros(len(t)), _dot(t, t)
+        found, squared = np.zeros(len(t)), dot(t, t)
         # Points of a tie that meet no master have no coefficient
         np.divide(squared, 2.0 * points["gamma"], found, where=squared > 0.0)
         return found
@@ -313,11 +312,6 @@ def work_on_gaps(zones: Sequence[ZoneData]) -> float:
         return np.abs(pressures(points) * np.where(hit, points["gap"], 0.0))
 
     return _integral(zones, density)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Products of vectors at points, (n,)."""
-    return np.einsum("qi,qi->q", a, b)
 
 
 def _integral(zones: Sequence[ZoneData], density: Density) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from .. import _cpp
 from ..compat import Array
 from ..errors import ContactError, is_real_number, positive, vector
-from .freedom import Freedom, freedoms_of
+from .freedom import Freedom, by_name
 from .shapes import Shape, Vector
 
 
@@ -95,8 +95,7 @@ class Body:
         self.centre: Array = (
             shape.place if centre is None else vector("centre", centre, gdim)
         )
-        names = freedoms_of(free, gdim)
-        self.freedom = Freedom(names, gdim, stiffness, damping, self.centre)
+        self.freedom = Freedom(free, gdim, stiffness, damping, self.centre)
         self.springs: Array = self.freedom.stiffness
         self.inertia: Array | None = None
         if inertia is not None and self.freedom.turns_freely:
@@ -151,19 +150,7 @@ class Body:
 
     @velocity.setter
     def velocity(self, value: Mapping[str, float]) -> None:
-        names = self.freedom.names
-        if not (
-            isinstance(value, Mapping)
-            and all(name in names for name in value)
-            and all(is_real_number(v) and np.isfinite(v) for v in value.values())
-        ):
-            raise ContactError(
-                f"velocity must be numbers by the names in free = {names}, finite ones, "
-                f"not {value!r}"
-            )
-        self.freedom.velocity = np.array(
-            [float(value.get(name, 0.0)) for name in names], dtype=np.float64
-        )
+        self.freedom.velocity = by_name("velocity", value, self.freedom.names)
 
     def _masses(self, mass: float | None, inertia: Any) -> Array:
         """Check mass and moment of inertia, and place them at the unknowns."""

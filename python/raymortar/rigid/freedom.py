@@ -24,8 +24,8 @@ SPACE = {
 PLANE = {"x": (0, False), "y": (1, False), "r": (2, True)}
 
 
-def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
-    """Names of free motions, in their order."""
+def _freedoms(free: Any, gdim: int | None) -> dict[str, tuple[int, bool]]:
+    """Axis of each free motion, and whether it is a rotation, by name."""
     if isinstance(free, str) or not isinstance(free, Sequence):
         raise ContactError(f'free = {free!r} must be names in a tuple, as in ("z",)')
     plane = gdim == 2 or (gdim is None and "r" in free)
@@ -39,7 +39,7 @@ def freedoms_of(free: Any, gdim: int | None) -> tuple[str, ...]:
     twice = [name for name in known if list(free).count(name) > 1]
     if twice:
         raise ContactError(f"free = {tuple(free)} has {twice[0]!r} more than once")
-    return tuple(name for name in known if name in free)
+    return {name: known[name] for name in known if name in free}
 
 
 class Freedom:
@@ -63,19 +63,18 @@ class Freedom:
 
     def __init__(
         self,
-        names: tuple[str, ...],
+        free: Any,
         gdim: int | None,
         stiffness: Any,
         damping: Any,
         centre: Array,
     ) -> None:
-        known = PLANE if gdim == 2 or "r" in names else SPACE
-        found = [known[name] for name in names]
-        self.names = names
-        self.axis = np.array([axis for axis, _ in found], dtype=np.int32)
-        self.is_turn = np.array([turns for _, turns in found], dtype=bool)
-        self.stiffness = _by_name("stiffness", stiffness, names, self.is_turn)
-        self.damping = _by_name("damping", damping, names, self.is_turn)
+        found = _freedoms(free, gdim)
+        self.names = names = tuple(found)
+        self.axis = np.array([axis for axis, _ in found.values()], dtype=np.int32)
+        self.is_turn = np.array([turns for _, turns in found.values()], dtype=bool)
+        self.stiffness = _resistance("stiffness", stiffness, names, self.is_turn)
+        self.damping = _resistance("damping", damping, names, self.is_turn)
         self.cpp = _cpp.RigidBody(
             centre,
             self.axis.tolist(),
@@ -178,19 +177,27 @@ class Freedom:
         return self.cpp.rates()
 
 
-def _by_name(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:
+def _resistance(what: str, given: Any, names: tuple[str, ...], is_turn: Array) -> Array:
     """Stiffness or damping of each unknown, (n,)."""
     if given is None:
         return np.zeros(len(names))
     if is_real_number(given):
         given = {name: given for name, turns in zip(names, is_turn) if not turns}
-    if not isinstance(given, Mapping):
-        raise ContactError(
-            f"{what} = {given!r} must be a number, or numbers by the names in free"
-        )
-    for name, value in given.items():
-        if name not in names:
-            raise ContactError(f"{what} has {name!r}, which is not in free = {names}")
-        if not (is_real_number(value) and np.isfinite(value) and value >= 0.0):
+    found = by_name(what, given, names)
+    for name, value in zip(names, found.tolist()):
+        if value < 0.0:
             raise ContactError(f"{what} of {name} = {value!r} must not be negative")
-    return np.array([float(given.get(name, 0.0)) for name in names])
+    return found
+
+
+def by_name(what: str, given: Any, names: tuple[str, ...]) -> Array:
+    """Numbers by the names of unknowns, 0 where there is none, (n,)."""
+    table = given if isinstance(given, Mapping) else {}
+    others = [f": {name!r} is not in free" for name in table if name not in names]
+    finite = all(is_real_number(one) and np.isfinite(one) for one in table.values())
+    if table is not given or others or not finite:
+        raise ContactError(
+            f"{what} must be numbers by the names in free = {names}, finite ones, not "
+            f"{given!r}{''.join(others[:1])}"
+        )
+    return np.array([float(table.get(name, 0.0)) for name in names])

@@ -234,7 +234,7 @@ def _turned(facets: Indices, shape: str) -> Indices:
     return facets[:, order]
 
 
-def _edges(corners: Indices) -> tuple[Indices, Indices]:
+def edges_of(corners: Indices) -> tuple[Indices, Indices]:
     """Numbers of each facet's edges (of its points in 2D), (m, k), and 1 if the facet
     runs along the edge from the smaller to the larger point, else -1."""
     if corners.shape[1] == 2:
@@ -249,7 +249,7 @@ def _edges(corners: Indices) -> tuple[Indices, Indices]:
 def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
     """A point of each edge with a single facet, and of each edge whose facets have
     opposite orientations."""
-    number, ways = _edges(corners)
+    number, ways = edges_of(corners)
     _, first, edge, count = np.unique(
         number, return_index=True, return_inverse=True, return_counts=True
     )
@@ -261,7 +261,7 @@ def _edge_faults(corners: Indices) -> tuple[Indices, Indices]:
 def _turns(corners: Indices) -> Any:
     """Whether to turn each facet, (m,), so that connected facets have the orientation
     of the first of them."""
-    number, ways = _edges(corners)
+    number, ways = edges_of(corners)
     m, k = corners.shape
     order = np.argsort(number.ravel(), kind="stable")
     edge, facet, way = number.ravel()[order], order // k, ways.ravel()[order]
@@ -279,7 +279,7 @@ def _turns(corners: Indices) -> Any:
 
 def _pieces(corners: Indices) -> int:
     """Number of parts of facets that share no edge, points in 2D."""
-    number, _ = _edges(corners)
+    number, _ = edges_of(corners)
     m, k = corners.shape
     of = np.repeat(np.arange(m), k), number.ravel()
     joins = coo_array((np.ones(m * k), of), shape=(m, int(number.max()) + 1))
