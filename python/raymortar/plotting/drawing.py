@@ -24,9 +24,6 @@ MARGIN = 0.15
 ZOOM = 0.25
 # Mean normals shorter than this have no direction: normals cancel
 NOTHING = 1e-3
-# Height of covered parts above the facets that they are parts of, as a share of the
-# surface's size
-LIFT = 1e-3
 # Directions that are off an axis by less than this have its name
 NEAR = np.cos(np.radians(5.0))
 # Size of the axes of a picture, and room of a tick with its label along each. Inches
@@ -176,7 +173,7 @@ def draw_pressure(
     top: float | None = None,
 ) -> Any:
     """Draw the pressure on slave facets, seen along the mean normal of the contact."""
-    X, displacement, traction, covered, traction_there = slaves
+    X, displacement, traction, covered, traction_there, facet = slaves
     at, closed = X + displacement, points["status"] >= CLOSED
     normals = (points["normal"] * points["weight"][:, None])[closed]
     across, most = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
@@ -185,11 +182,13 @@ def draw_pressure(
         areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
         across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
     across = across / np.linalg.norm(across)
+    if np.abs(across).max() > NEAR:  # for axes with the coordinates of their names
+        across = np.round(across)
     frame = plane_of(across)
-    # What is nearer to the eye hides other facets. Covered parts are above their own
-    lift = LIFT * np.ptp(at.reshape(-1, 3), axis=0).max(initial=0.0)
-    polygons = joined((at, covered + lift * across))
-    order = np.argsort(polygons.mean(axis=1) @ across)
+    # Facets nearer to the eye hide others; covered parts are on their facets
+    depth = at.mean(axis=1) @ across
+    order = np.argsort(np.append(depth, depth[facet]), kind="stable")
+    polygons = joined((at, covered))
     tractions = joined((traction, traction_there))[order]
     pressure = np.linalg.norm(tractions, axis=2, keepdims=True)
     shown = {"top": top, "cmap": PRESSURE_MAP, "outlines": at @ frame.T}

@@ -61,7 +61,7 @@ class Frame:
     slaves
         The same of slave facets; in 3D with the normal traction (n, k, 3), which is 0
         on facets that are not wholly covered, and of the covered parts of these deformed
-        points (m, l, 3) around polygons, and normal traction.
+        points (m, l, 3) around polygons, normal traction, and the facet's number.
     points
         Arrays at the integration points that meet a master.
     lines
@@ -93,7 +93,7 @@ class Ranges:
         high = max((float(one.max()) for one in values), default=0.0)
         if 0.0 <= low <= 0.5 * high or low == high:
             low = min(low, 0.0)
-        tractions = [traction for one in frames for traction in one.slaves[2::2]]
+        tractions = [traction for one in frames for traction in one.slaves[2:5:2]]
         sizes = [np.linalg.norm(t, axis=2).max(initial=0.0) for t in tractions]
         return cls((low, high), float(max(sizes, default=0.0)))
 
@@ -181,7 +181,8 @@ def _gather_covered(
     contact: Contact, traction: Function, comm: MPI.Intracomm
 ) -> tuple[Any, list[Any]]:
     """Gather the covered share of slave facets, (n,), and what is covered of those that
-    are so in part: deformed points (m, k, 3) around polygons and traction. Collective.
+    are so in part: deformed points (m, k, 3) around polygons, traction, and the number of
+    the facet, (m,). Collective.
 
     In the order of the facets of all zones. Polygons with fewer points repeat their last.
     """
@@ -190,6 +191,7 @@ def _gather_covered(
     order = np.arange(comm.allreduce(largest, op=MPI.MAX))
     values = [f.x.array.reshape(-1, 3) for f in (contact.unknowns.only.u, traction)]
     degree, parts = compat.element_info(traction.function_space).degree, []
+    first = comm.exscan(sum(len(s["covered"]) for s in segments)) or 0
     for zone, found in zip(contact.zones, segments):
         surface, begin = zone.facets.slave_surface, found["offsets"]
         partly = np.flatnonzero(found["covered"][found["slave"]] < WHOLE)
@@ -199,7 +201,9 @@ def _gather_covered(
         x = positions(surface, slave, xi, values[0])
         nodal = values[1][zone.result_table[slave]]
         t = interpolate(surface.shape, degree, nodal, xi)
-        parts.append([one.reshape(-1, len(order), 3) for one in (x, t)])
+        around = (one.reshape(-1, len(order), 3) for one in (x, t))
+        parts.append([*around, first + found["slave"][partly]])
+        first += len(found["covered"])
     share = gather(comm, np.concatenate([s["covered"] for s in segments]))
     return share, [gather(comm, np.concatenate(one)) for one in zip(*parts)]
 

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..compat import Array
-from .drawing import LIFT, PRESSURE_MAP, STRESS_MAP, direction, joined, pieces_of
+from .drawing import PRESSURE_MAP, STRESS_MAP, direction, joined, pieces_of
 from .tools import COLOUR
 
 SIZE = (1600, 670)  # size of the picture, in pixels
+# Way of covered parts towards the eye, in front of their facets, over the surface's size
+LIFT = 1e-3
 LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
 BAR = {
     "vertical": True,
@@ -78,10 +80,9 @@ def render(
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
     (x, u, field), eye = bodies, direction(*view)
     at, covered = surface[0] + surface[1], surface[3]
-    # Covered parts are nearer to the eye than their facets
     lift = LIFT * np.ptp(at.reshape(-1, 3), axis=0).max(initial=0.0) * eye
     facets = joined((at, covered + lift))
-    pressure = np.linalg.norm(joined(surface[2::2]), axis=2)
+    pressure = np.linalg.norm(joined(surface[2:5:2]), axis=2)
     drawn = (x + u, field, STRESS_MAP), (facets, pressure, PRESSURE_MAP)
     for k, ((polygons, values, colours), label) in enumerate(zip(drawn, labels)):
         plotter.subplot(0, k)
