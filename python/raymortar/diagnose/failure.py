@@ -19,7 +19,7 @@ from ..interface.probing import VolumePattern
 from ..interface.slave_nodes import rigid_slaves
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..problem import CoupledProblem
-from .lost_contact import loose_bodies, unheld
+from .lost_contact import far_on_springs, loose_bodies, unheld
 
 # Errors that another way, or a smaller step, may cure
 FAILURES = (ConvergenceError, ContactError, PETSc.Error)
@@ -77,7 +77,8 @@ def describe(problem: CoupledProblem) -> str:
     led = in_use.controlled
     free = loose_bodies(problem, in_use.led) if led else unheld(problem)
     rubbed = list[str]()
-    if contact.layout.bodies:
+    sprung = far_on_springs(problem) if has_diverged(problem.history) else []
+    if contact.layout.bodies and not sprung:
         free += contact.free_bodies.unheld()
         if not free and not in_use.steps:  # steps look at their start
             rubbed = contact.free_bodies.rubbed()
@@ -91,7 +92,7 @@ def describe(problem: CoupledProblem) -> str:
     excess = [one.excess for one in contact.contacts if one.excess is not None]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
     odd = [*strange_gammas(problem), *rubbed]
-    return describe_failure(*seen, rigid, softer, excess, odd, in_use)
+    return describe_failure(*seen, rigid, softer, excess, odd, in_use, sprung)
 
 
 def describe_failure(
@@ -104,25 +105,31 @@ def describe_failure(
     excess: Sequence[str] = (),
     odd: Sequence[str] = (),
     in_use: InUse = InUse(),
+    sprung: Sequence[str] = (),
 ) -> str:
     """Describe the state of contact, the residuals, and what to try.
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
     friction alone resists. `rigid` are slaves that are prescribed throughout, on masters
-    that move, and `swaps` proposals for slaves that are too fine for their masters.
+    that move, `swaps` proposals for slaves that are too fine for their masters, and
+    `sprung` sentences on bodies that have moved far on springs alone.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
-    period, norms = cycle_length(history, _ALIKE), np.array(history)
+    period = cycle_length(history, _ALIKE)
     if period:
         text += (
             f"; it repeats every {period} residuals: points open and close, or stick and "
             "slip, in turn"
         )
-    diverged = len(norms) > 0 and bool(
-        not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
-    )
-    if unheld:
+    diverged = has_diverged(history)
+    if sprung:
+        proposals = [
+            "contact.adjust(within=...) where gaps are of the meshes",
+            "a first step whose load moves them less than a facet",
+            "stiffer springs",
+        ]
+    elif unheld:
         proposals = ways_to_hold(in_use)
     elif rigid:
         proposals = [
@@ -135,8 +142,16 @@ def describe_failure(
     else:
         against = _against_cycles(in_use) if period else ["smaller steps"] * diverged
         proposals = [*swaps, *against]
-    text = "; ".join([text + imbalance, *unheld, *excess, *odd])
+    text = "; ".join([text + imbalance, *unheld, *excess, *odd, *sprung])
     return text + (f". Try {one_of(proposals)}" if proposals else "")
+
+
+def has_diverged(history: Sequence[float]) -> bool:
+    """Whether residuals grew, or are no numbers any more."""
+    norms = np.array(history)
+    return len(norms) > 0 and bool(
+        not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
+    )
 
 
 def reason_in_words(reason: int) -> str:

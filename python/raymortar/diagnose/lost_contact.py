@@ -32,8 +32,8 @@ _NO_STIFFNESS = 1e-9
 _NO_PART = 1e-6
 # Force of a unit translation that is rounding error, over the body's stiffness
 _NO_SPRING = 1e6 * EPS
-# Displacement of a body that has not moved, over its size
-_AT_REST = 1e-9
+# Displacement of a body that has not moved, and of one that is far off, over its size
+_AT_REST, _FAR_OFF = 1e-9, 0.01
 
 
 def lost_contact(problem: CoupledProblem, led: Mask | None = None) -> str | None:
@@ -127,6 +127,27 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     dim = problem.contact.u.function_space.dofmap.index_map_bs
     translations = np.tile(np.eye(dim), len(held) // dim)
     return _sentences(problem, _grip(problem, translations, held), _moved)
+
+
+def far_on_springs(problem: CoupledProblem) -> list[str]:
+    """Name bodies that have moved far on springs alone, not by their inertia. Collective."""
+    if problem.volume.inertia_terms is not None:
+        return []
+    groups, contact = problem.convergence.groups, problem.contact
+    dim, count = contact.u.function_space.dofmap.index_map_bs, contact.bodies.count
+    translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
+    grip, springs = _grip(problem, translations, problem.constrained), _springs(problem)
+    most, names = largest_motions(contact, contact.u_old), groups.names()
+    found = []
+    for body in np.flatnonzero(most > _FAR_OFF * groups.size[:count]):
+        axes = _free_motions(grip[:, :, body], dim)[0] & springs[:, body]
+        axes[0] &= not contact.axisymmetric  # hoops
+        along = ", ".join(AXES[i] for i in np.flatnonzero(axes))
+        if along:
+            way = f"has moved by {most[body]:.3g} along {along}"
+            found.append(f"{names[body]}, which springs alone hold, {way}")
+    others = f", and so have {len(found) - 1} more" * (len(found) > 1)
+    return [found[0] + others] if found else []
 
 
 def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]:

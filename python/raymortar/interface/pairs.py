@@ -110,7 +110,11 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     # Masters by slave, and by whether the slave meets itself
     groups: dict[tuple[Any, bool], list[Any]] = {}
     found = []
-    tagged = [(number(one), as_body(other) or number(other)) for one, other in two_each]
+    # A shape in several pairs is one body
+    bodies = {id(other): as_body(other) for _, other in two_each}
+    tagged = [
+        (number(one), bodies[id(other)] or number(other)) for one, other in two_each
+    ]
     # If any pair is of all facets, these meet each other too
     has_all = any(isinstance(one, str) and one == ALL for one, _ in tagged)
     for one, other in [(ALL, ALL)] * has_all + tagged:
@@ -200,11 +204,19 @@ def as_label(name: str) -> str:
 
 
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
-    """Give each pair a label that no other has."""
+    """Give each pair a label that no other has. Bodies have names that no other has."""
 
     def plain(name: str | None, tag: int | str | Body) -> str:
         return str(tag) if name is None else as_label(name)
 
+    bodies = {p.master for p in pairs if isinstance(p.master, Body)}
+    given = [body.name for body in bodies if body.is_named]
+    twice = sorted({name for name in given if given.count(name) > 1})
+    if twice:
+        raise ContactError(
+            f"two rigid bodies are named {twice[0]!r}, and results go by name: give each "
+            "its own, or all pairs the same body"
+        )
     labels = [
         f"{plain(p.slave_name, p.slave)}_{plain(p.master_name, p.master)}"
         for p in pairs

@@ -44,8 +44,8 @@ LOOK = {
 def shaded(polygons: Array) -> Array:
     """Split polygons (n, k, c) into small triangles (m, 3, c).
 
-    Values are interpolated linearly or bilinearly. Polygons of five points or more, whose
-    edges are curved, are split around their means first.
+    Values are interpolated linearly or bilinearly, and polygons keep their order. Those
+    of five points or more, whose edges are curved, are split around their means first.
     """
     if polygons.shape[1] > 4:
         mean = np.broadcast_to(polygons.mean(axis=1, keepdims=True), polygons.shape)
@@ -59,7 +59,8 @@ def shaded(polygons: Array) -> Array:
             np.stack([found[:, k], middle[:, k], *inner, middle[:, k - 1]], axis=1)
             for k in range(count)
         ]
-        found = np.concatenate([*parts, middle] if count == 3 else parts)
+        parts += [middle] * (count == 3)
+        found = np.stack(parts, axis=1).reshape(-1, *found.shape[1:])
     halves = [[0, 1, 2]] if count == 3 else [[0, 1, 2], [0, 2, 3]]
     return found[:, halves].reshape(-1, 3, found.shape[2])
 
@@ -72,13 +73,14 @@ def draw_field(
     top: float | None = None,
     norm: Any = None,
     cmap: str = STRESS_MAP,
+    outlines: Array | None = None,
 ) -> Any:
     """Draw a field on polygons in the plane, with their edges; give a colour bar's source.
 
     The field (n, k, 1) is at deformed points (n, k, 2) around polygons. Images are
     factors on x and y of each copy that is drawn: mirrored ones complete a symmetric
     body of which only a part is meshed. Colours go from 0 to `top`, or follow a norm of
-    matplotlib.
+    matplotlib. Other polygons' edges, `outlines`, may stand for their own.
     """
     from matplotlib.collections import PolyCollection, TriMesh
     from matplotlib.colors import Normalize
@@ -93,7 +95,8 @@ def draw_field(
         corners = Triangulation(x, y, np.arange(len(x)).reshape(-1, 3))
         colours = TriMesh(corners, array=z, cmap=cmap, norm=scale)
         lines = {"edgecolor": "k", "lw": 0.15, "alpha": 0.5}
-        edges = PolyCollection(polygons, facecolor="none", **lines)
+        around = polygons if outlines is None else outlines * np.array(signs)
+        edges = PolyCollection(around, facecolor="none", **lines)
         # Limits by points alone: for others matplotlib would make each triangle a path
         axes.update_datalim(polygons.reshape(-1, 2))
         for one in (colours, edges):
@@ -131,9 +134,8 @@ def draw_surface(
     # The normal may point either way: light the side that the eye sees
     light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
     colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
-    axes.add_collection3d(
-        Poly3DCollection(polygons, facecolors=colours, edgecolors="k", lw=0.12)
-    )
+    style = {"edgecolors": "k", "lw": 0.12, "clip_on": False}
+    axes.add_collection3d(Poly3DCollection(polygons, facecolors=colours, **style))
     if len(curves):
         # matplotlib draws one collection wholly before another, which would hide half
         # of a tool around a body
@@ -171,7 +173,7 @@ def draw_pressure(
     top: float | None = None,
 ) -> Any:
     """Draw the pressure on slave facets, seen along the mean normal of the contact."""
-    X, displacement, traction = slaves
+    X, displacement, traction, covered, traction_there, facet = slaves
     at, closed = X + displacement, points["status"] >= CLOSED
     normals = (points["normal"] * points["weight"][:, None])[closed]
     across, most = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
@@ -179,12 +181,18 @@ def draw_pressure(
         # Normals cancel: the axis that is most normal to the facets
         areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
         across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
-    frame = plane_of(across / np.linalg.norm(across))
-    # Facets that are nearer to the eye hide others
-    order = np.argsort(at.mean(axis=1) @ across)
-    pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    drawn = at[order] @ frame.T, pressure[order]
-    colours = draw_field(axes, *drawn, top=top, cmap=PRESSURE_MAP)
+    across = across / np.linalg.norm(across)
+    if np.abs(across).max() > NEAR:  # for axes with the coordinates of their names
+        across = np.round(across)
+    frame = plane_of(across)
+    # Facets nearer to the eye hide others; covered parts are on their facets
+    depth = at.mean(axis=1) @ across
+    order = np.argsort(np.append(depth, depth[facet]), kind="stable")
+    polygons = joined((at, covered))
+    tractions = joined((traction, traction_there))[order]
+    pressure = np.linalg.norm(tractions, axis=2, keepdims=True)
+    shown = {"top": top, "cmap": PRESSURE_MAP, "outlines": at @ frame.T}
+    colours = draw_field(axes, polygons[order] @ frame.T, pressure, **shown)
     xlabel, ylabel = (options.length(name_of(one)) for one in frame)
     axes.set(xlabel=xlabel, ylabel=ylabel)
     if not closed.any():
@@ -198,6 +206,15 @@ def draw_pressure(
     upper = np.minimum(upper, active.max(axis=0) + margin)
     axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
     return colours
+
+
+def joined(parts: Sequence[Array]) -> Array:
+    """Join polygons (n, k, 3) of some and of more points: those with fewer repeat their
+    last."""
+    order = np.arange(max(part.shape[1] for part in parts))
+    return np.concatenate(
+        [part[:, np.minimum(order, part.shape[1] - 1)] for part in parts]
+    )
 
 
 def plane_of(normal: Array) -> Array:

@@ -20,9 +20,11 @@ from ..discretization.facets import facets_of_mesh
 from ..discretization.reference_facets import (
     FACET_SHAPE,
     cell_facet_nodes,
+    interpolate,
     shape_functions,
 )
 from ..interface.point_results import CLOSED, OPEN
+from ..interface.zone_data import positions
 from ..paths.patch_columns import rigid_bodies
 from ..tools import nodal_field
 from .labels import AxisOptions
@@ -38,6 +40,8 @@ MARGIN = {2: 0.15, 3: 0.4}
 ZOOM = 0.4
 # Most parts of an edge of degree 2, and edges of a picture that have two parts or more
 PARTS, EDGES = 8, 12_000
+# Covered share from which a slave facet has its pressure all over
+WHOLE = 1.0 - 1e-9
 # Arrays of points that pictures need; `facet` is a place among all slave facets
 _NAMES = "x normal contact_normal traction weight status pair facet".split()
 # Names that DOLFINx gives Functions without one, and parts of Functions
@@ -55,7 +59,9 @@ class Frame:
     bodies
         Points (n, k, 3) around polygons, displacement, and field (n, k, 1).
     slaves
-        The same of slave facets; in 3D with the normal traction (n, k, 3).
+        The same of slave facets; in 3D with the normal traction (n, k, 3), which is 0
+        on facets that are not wholly covered, and of the covered parts of these deformed
+        points (m, l, 3) around polygons, normal traction, and the facet's number.
     points
         Arrays at the integration points that meet a master.
     lines
@@ -87,7 +93,7 @@ class Ranges:
         high = max((float(one.max()) for one in values), default=0.0)
         if 0.0 <= low <= 0.5 * high or low == high:
             low = min(low, 0.0)
-        tractions = [one.slaves[2] for one in frames if len(one.slaves) > 2]
+        tractions = [traction for one in frames for traction in one.slaves[2:5:2]]
         sizes = [np.linalg.norm(t, axis=2).max(initial=0.0) for t in tractions]
         return cls((low, high), float(max(sizes, default=0.0)))
 
@@ -119,9 +125,13 @@ def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | 
         parts, traction = _parts(mesh, u), contact.traction("normal")
         bodies = gather_boundary(mesh, u, shown, parts=parts)
         slaves = gather_boundary(mesh, u, traction, facets=facets, parts=parts)
+        share, covered = _gather_covered(contact, traction, comm)
     points = _gather_points(contact, comm)
     if comm.rank > 0:
         return None
+    if dim == 3:
+        slaves[2][share < WHOLE] = 0.0
+        slaves += covered
     zoomed = _contact_box(slaves, points) if options.zoom else None
     if zoomed is not None:
         bodies = _within(bodies, zoomed)
@@ -137,7 +147,8 @@ def _scaled(frame: Frame, options: AxisOptions, coloured_by: str) -> Frame:
     length, stress = options.factor("length"), options.factor("stress")
     for values, factor in zip(
         (*frame.bodies, *frame.slaves),
-        (length, length, options.factor(coloured_by), length, length, stress),
+        (length, length, options.factor(coloured_by), length, length)
+        + (stress, length, stress),
     ):
         values *= factor
     frame.points["x"] = frame.points["x"] * length
@@ -164,6 +175,37 @@ def _gather_points(contact: Contact, comm: MPI.Intracomm) -> dict[str, Any]:
         name: gather(comm, np.concatenate([part[name] for part in parts]))
         for name in _NAMES
     }
+
+
+def _gather_covered(
+    contact: Contact, traction: Function, comm: MPI.Intracomm
+) -> tuple[Any, list[Any]]:
+    """Gather the covered share of slave facets, (n,), and what is covered of those that
+    are so in part: deformed points (m, k, 3) around polygons, traction, and the number of
+    the facet, (m,). Collective.
+
+    In the order of the facets of all zones. Polygons with fewer points repeat their last.
+    """
+    segments = [zone.cpp.segments() for zone in contact.zones]
+    largest = max((np.diff(s["offsets"]).max(initial=1) for s in segments), default=1)
+    order = np.arange(comm.allreduce(largest, op=MPI.MAX))
+    values = [f.x.array.reshape(-1, 3) for f in (contact.unknowns.only.u, traction)]
+    degree, parts = compat.element_info(traction.function_space).degree, []
+    first = comm.exscan(sum(len(s["covered"]) for s in segments)) or 0
+    for zone, found in zip(contact.zones, segments):
+        surface, begin = zone.facets.slave_surface, found["offsets"]
+        partly = np.flatnonzero(found["covered"][found["slave"]] < WHOLE)
+        last = np.diff(begin)[partly, None] - 1
+        xi = found["xi"][(begin[partly, None] + np.minimum(order, last)).ravel()]
+        slave = np.repeat(found["slave"][partly], len(order))
+        x = positions(surface, slave, xi, values[0])
+        nodal = values[1][zone.result_table[slave]]
+        t = interpolate(surface.shape, degree, nodal, xi)
+        around = (one.reshape(-1, len(order), 3) for one in (x, t))
+        parts.append([*around, first + found["slave"][partly]])
+        first += len(found["covered"])
+    share = gather(comm, np.concatenate([s["covered"] for s in segments]))
+    return share, [gather(comm, np.concatenate(one)) for one in zip(*parts)]
 
 
 def _nodal(field: Any, mesh: Mesh) -> Function:

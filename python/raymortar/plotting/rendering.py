@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from ..compat import Array
-from .drawing import PRESSURE_MAP, STRESS_MAP, direction, pieces_of
+from .drawing import PRESSURE_MAP, STRESS_MAP, direction, joined, pieces_of
 from .tools import COLOUR
 
 SIZE = (1600, 670)  # size of the picture, in pixels
+# Way of covered parts towards the eye, in front of their facets, over the surface's size
+LIFT = 1e-3
 LIGHT = {"ambient": 0.4, "diffuse": 0.6, "specular": 0.0}
 BAR = {
     "vertical": True,
@@ -59,10 +61,10 @@ def render(
     """Draw bodies in the colours of a field, and slaves in those of their pressure.
 
     Bodies are vertices (n, k, 3) of outer facets, displacement and field (n, k, 1);
-    slaves the same with the normal traction (n, k, 3). Curves (n, 3) are on rigid tools,
-    labels those of the colour bars, the view azimuth and elevation in degrees. The
-    plotter, which can open a window if it is interactive, has the bodies on the left,
-    the pressure on the right.
+    slaves the same with the normal traction (n, k, 3), and covered parts of some of them,
+    deformed, with theirs. Curves (n, 3) are on rigid tools, labels those of the colour
+    bars, the view azimuth and elevation in degrees. The plotter, which can open a window
+    if it is interactive, has the bodies on the left, the pressure on the right.
     """
     import pyvista
 
@@ -76,12 +78,15 @@ def render(
         wires = pyvista.PolyData(pieces.reshape(-1, 3), lines=_cells(pieces))
         plotter.subplot(0, 0)
         plotter.add_mesh(wires, color=COLOUR, line_width=1.5)
-    *facets, traction = surface
-    pressure = np.linalg.norm(traction, axis=2, keepdims=True)
-    drawn = (bodies, STRESS_MAP), ([*facets, pressure], PRESSURE_MAP)
-    for k, (((x, u, values), colours), label) in enumerate(zip(drawn, labels)):
+    (x, u, field), eye = bodies, direction(*view)
+    at, covered = surface[0] + surface[1], surface[3]
+    lift = LIFT * np.ptp(at.reshape(-1, 3), axis=0).max(initial=0.0) * eye
+    facets = joined((at, covered + lift))
+    pressure = np.linalg.norm(joined(surface[2:5:2]), axis=2)
+    drawn = (x + u, field, STRESS_MAP), (facets, pressure, PRESSURE_MAP)
+    for k, ((polygons, values, colours), label) in enumerate(zip(drawn, labels)):
         plotter.subplot(0, k)
-        mesh = pyvista.PolyData((x + u).reshape(-1, 3), _cells(x))
+        mesh = pyvista.PolyData(polygons.reshape(-1, 3), _cells(polygons))
         mesh.point_data[label] = values.ravel()
         lower = values.min(initial=0.0)
         plotter.add_mesh(
@@ -95,7 +100,7 @@ def render(
             **LIGHT,
         )
         plotter.scalar_bars[label].SetVerticalTitleSeparation(12)
-        plotter.view_vector(direction(*view), viewup=(0, 0, 1))
+        plotter.view_vector(eye, viewup=(0, 0, 1))
         plotter.add_axes(color="black")
         # Moved away from the colour bar
         plotter.camera.SetWindowCenter(0.16, 0.0)
@@ -104,6 +109,10 @@ def render(
 
 
 def _cells(polygons: Array) -> Array:
-    """Number the points of polygons (n, k, 3) as VTK does, each after its k."""
+    """Number the points of polygons (n, k, 3) as VTK does, each after its k; points that
+    repeat the one before are left out."""
     n, k = polygons.shape[:2]
-    return np.insert(np.arange(n * k).reshape(n, k), 0, k, axis=1).ravel()
+    has = (np.diff(polygons, axis=1, prepend=np.inf) != 0.0).any(axis=2)
+    numbers = np.arange(n * k).reshape(n, k)
+    rows = np.column_stack([has.sum(axis=1), numbers])
+    return rows[np.column_stack([np.ones(n, dtype=bool), has])]

@@ -90,6 +90,7 @@ class Body:
         if name is not None and not isinstance(name, str):
             raise ContactError(f"name must be a string, not {name!r}")
         self.name = type(shape).__name__ if name is None else name
+        self.is_named = name is not None
         self.shape = shape
         gdim = shape.gdim
         self.centre: Array = (

@@ -5,20 +5,25 @@ import warnings
 from petsc4py import PETSc
 
 import hosts
+import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
-from problems import COMM, build, fix, tolerate
+from problems import COMM, build, fix, residual, tolerate
 
 from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
+    Contact,
     ContactWarning,
     ConvergenceError,
     NonlinearProblem,
     SNESSolver,
+    compat,
 )
 from raymortar.diagnose.failure import (
     InUse,
+    describe,
     describe_failure,
     list_of_residuals,
     reason_in_words,
@@ -114,6 +119,29 @@ def test_viscous_forces_are_proposed_where_they_may_be(may_be_viscous):
 def test_a_solve_that_broke_is_not_told_of_its_reach():
     text = describe_failure([1.0, float("nan")], Statistics(), [], "")
     assert "smaller steps" in text and "reach in Search" not in text
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("stiffness, told", [(1e3, True), (0.0, False)])
+def test_bodies_on_weak_springs_are_told_with_remedies(stiffness, told):
+    """A solve that broke while a block on springs was on its way over a small gap."""
+    scene = two_blocks(COMM, 2, "quadrilateral", (4, 2), (3, 2), gap=1e-6)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    F = residual(scene, u)[0]
+    k, v = fem.Constant(scene.mesh, stiffness), ufl.TestFunction(u.function_space)
+    F += k * ufl.inner(u, v) * ufl.dx
+    tags = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, tags)
+    problem = NonlinearProblem(F, contact, [fix(u.function_space, scene, "bottom")])
+    x, b = problem.start(), problem.create_vector()
+    problem.F(x, b)
+    high = u.function_space.tabulate_dof_coordinates()[:, 1] > 1.0 + 5e-7
+    u.x.array.reshape(-1, 2)[high] = -0.05
+    assert "springs" not in describe(problem)
+    problem.history.append(float("nan"))
+    text = describe(problem)
+    assert ("which springs alone hold, has moved by 0.05 along x, y" in text) == told
+    assert ("contact.adjust(within=...)" in text) == told
 
 
 def stiff_on_soft(stiffer=1e4, degree=(1, 2), **options):

@@ -8,7 +8,8 @@ from rigid_scenes import press, shapes
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import rigid
-from raymortar.plotting.drawing import name_of, plane_of
+from raymortar.plotting import rendering
+from raymortar.plotting.drawing import joined, name_of, plane_of
 
 pytest.importorskip("matplotlib")
 
@@ -62,6 +63,50 @@ def test_the_map_is_zoomed_to_the_points_in_contact(folder):
         for k, (lower, upper) in enumerate((axes.get_xlim(), axes.get_ylim())):
             assert lower <= at[:, k].min() and at[:, k].max() <= upper
             assert upper - lower <= 1.31 * np.ptp(at, axis=0).max()
+
+
+def pressed_down(t):
+    return np.tile([0.0, 0.0, -0.01], (len(t), 1))
+
+
+def shown_at(drawn, at):
+    """Values of what is drawn last at points (n, 2): of the triangles there."""
+    mesh = drawn._triangulation
+    corners = np.stack([mesh.x, mesh.y], axis=1)[mesh.triangles]
+    ways = np.roll(corners, -1, axis=1) - corners
+    to = at[:, None, None] - corners
+    sides = ways[..., 0] * to[..., 1] - ways[..., 1] * to[..., 0]
+    inside = (sides > 0.0).all(axis=2) | (sides < 0.0).all(axis=2)
+    assert inside.any(axis=1).all()
+    last = inside.shape[1] - 1 - np.argmax(inside[:, ::-1], axis=1)
+    return drawn.get_array()[mesh.triangles[last]].mean(axis=1)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell", ["tetrahedron", "hexahedron"])
+def test_only_the_covered_part_of_a_facet_shows_pressure(cell):
+    """The upper block hangs over two sides of the lower one, by parts of a facet. Both
+    rise by two degrees, so that facets lie behind each other."""
+    scene = two_blocks(COMM, 3, cell, 2, 3, overhang=(0.4, 0.3))
+    scene.mesh.geometry.x[:, 2] += 0.03 * scene.mesh.geometry.x[:, 0]
+    case = build(
+        scene,
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=pressed_down)],
+    )
+    case.solve()
+    figure = raymortar.plot(case.contact)
+    if COMM.rank == 0:
+        random = np.random.default_rng(5)
+        at = np.array([0.4, 0.3]) + random.uniform(0.02, 0.98, size=(200, 2))
+        at = at[np.abs(at - 1.0).min(axis=1) > 0.02]
+        pressure = shown_at(map_of(figure).collections[0], at)
+        np.testing.assert_array_equal(pressure > 0.0, (at < 1.0).all(axis=1))
+
+
+def test_cells_of_vtk_have_no_point_twice():
+    square = np.array([[[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]])
+    cells = rendering._cells(joined((square, square[:, :3])))
+    np.testing.assert_array_equal(cells, [4, 0, 1, 2, 3, 3, 4, 5, 6])
 
 
 @pytest.mark.mpi

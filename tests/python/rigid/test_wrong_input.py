@@ -64,6 +64,22 @@ def test_a_class_is_no_shape():
         Contact(u, tags, [(TOP, rigid.Circle)])
 
 
+def test_a_shape_of_two_pairs_is_one_body_and_two_bodies_have_two_names():
+    mesh, line = boxes.box("triangle", 2), rigid.Line((0.5, 1.0), (0.0, -1.0))
+    u = fem.Function(compat.vector_space(mesh, 1))
+    tags = boxes.tag_sides(mesh, (1, 1.0), (1, 0.0))
+
+    def contact(*tools):
+        return Contact(u, tags, [*zip(np.unique(tags.values), tools)])
+
+    one, other = (pair.master for pair in contact(line, line).pairs)
+    assert one is other
+    punches = [rigid.Body(line, name="punch") for _ in range(2)]
+    assert len(contact(punches[0], punches[0]).pairs) == 2
+    with pytest.raises(ContactError, match="two rigid bodies are named 'punch'"):
+        contact(*punches)
+
+
 @pytest.mark.parametrize("wrong", ("gradient", "hessian"))
 def test_derivatives_that_are_none_are_noticed(wrong):
     """A parabola, one of whose derivatives has the wrong size."""
