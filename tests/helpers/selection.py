@@ -10,6 +10,9 @@ from dataclasses import fields, is_dataclass
 from itertools import groupby
 from zlib import crc32
 
+# A longer list of cases is a product, of which values count and not cases
+LONG = 6
+
 
 def of_a_push(items, long_ones, ranks):
     """Items that a push runs, in their order.
@@ -19,7 +22,8 @@ def of_a_push(items, long_ones, ranks):
     items
         Items of pytest, each family together.
     long_ones
-        Names of tests that a push leaves out, unless they are marked ``quick``.
+        Names of tests that a push leaves out, unless they are marked ``quick``, and of
+        families of which it runs two members.
     ranks
         Number of ranks. On one, each value of each parameter occurs in a family's
         choice; on several, a family has one member, not the same value everywhere.
@@ -27,7 +31,7 @@ def of_a_push(items, long_ones, ranks):
     short = [
         item
         for item in items
-        if item.nodeid not in long_ones or item.get_closest_marker("quick")
+        if item.nodeid not in long_ones or _is_quick(item)
     ]
     chosen = []
     for name, members in groupby(short, _family):
@@ -35,22 +39,60 @@ def of_a_push(items, long_ones, ranks):
         if name is None:
             chosen += members
         elif ranks == 1:
-            chosen += each_value(members)
+            chosen += (two if name in long_ones else each_value)(members)
         else:
-            chosen.append(members[crc32(f"{name} {ranks}".encode()) % len(members)])
+            chosen.append(_any(members, f"{name} {ranks}"))
     return chosen
+
+
+def of_each_file(items):
+    """Of each file's functions every third, and what is marked ``quick``.
+
+    Those of a file have one subject, and all of them run on one rank.
+    """
+    kept = set()
+    for _, found in groupby(items, lambda item: item.nodeid.partition("::")[0]):
+        names = [_function(item) for item in found if not _is_quick(item)]
+        kept.update(list(dict.fromkeys(names))[::3])
+    return [item for item in items if _is_quick(item) or _function(item) in kept]
+
+
+def _is_quick(item):
+    return item.get_closest_marker("quick") is not None
+
+
+def _function(item):
+    return item.nodeid.partition("[")[0]
+
+
+def _any(members, name):
+    """A member, not the same of all families."""
+    return members[crc32(name.encode()) % len(members)]
 
 
 def _family(item):
     """Name of the function; None for a test without parameters."""
-    if not hasattr(item, "callspec"):
-        return None
-    return item.nodeid.partition("[")[0]
+    return _function(item) if hasattr(item, "callspec") else None
+
+
+def two(members):
+    """A member and the one that has least in common with it."""
+    first = _any(members, _function(members[0]))
+    at, values = members.index(first), set(_values(first))
+    other = min(
+        members,
+        key=lambda item: (
+            len(values.intersection(_values(item))),
+            -abs(members.index(item) - at),
+        ),
+    )
+    return [item for item in members if item in (first, other)]
 
 
 def each_value(members):
     """Few members with all values of all parameters, those with most new ones first."""
-    values = {item: set(_values(item)) for item in members}
+    apart = len(members) > LONG
+    values = {item: set(_values(item, apart)) for item in members}
     missing, chosen = set().union(*values.values()), set()
     while missing:
         best = max(members, key=lambda item: len(values[item] & missing))
@@ -59,12 +101,14 @@ def each_value(members):
     return [item for item in members if item in chosen]
 
 
-def _values(item):
-    """Of each parameter, or group of parameters that are listed together. A case that
-    is a dataclass has a value in each field."""
+def _values(item, apart=True):
+    """Of each parameter, or, unless apart, group of parameters that are listed together.
+    A case that is a dataclass has a value in each field."""
     params = item.callspec.params
     groups = [mark.args[0] for mark in item.iter_markers("parametrize")]
     groups = [g.replace(",", " ").split() if isinstance(g, str) else g for g in groups]
+    if apart:
+        groups = [[name] for group in groups for name in group]
     listed = {name for group in groups for name in group}
     for group in [*groups, *([name] for name in params if name not in listed)]:
         case = params[group[0]]
