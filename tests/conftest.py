@@ -72,9 +72,9 @@ def without_nightly(config, items):
     """Deselect what a push leaves to the night."""
     lines = NIGHTLY.read_text(encoding="utf-8").splitlines()
     long_ones = {line for line in lines if not line.startswith("#")}
-    chosen = of_a_push(
-        items if COMM.size == 1 else of_each_file(items), long_ones, COMM.size
-    )
+    chosen = of_a_push(items, long_ones, COMM.size)
+    if COMM.size > 1:
+        chosen = of_each_file(chosen, long_ones)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

@@ -28,11 +28,7 @@ def of_a_push(items, long_ones, ranks):
         Number of ranks. On one, each value of each parameter occurs in a family's
         choice; on several, a family has one member, not the same value everywhere.
     """
-    short = [
-        item
-        for item in items
-        if item.nodeid not in long_ones or _is_quick(item)
-    ]
+    short = [item for item in items if item.nodeid not in long_ones or _is_quick(item)]
     chosen = []
     for name, members in groupby(short, _family):
         members = list(members)
@@ -45,16 +41,24 @@ def of_a_push(items, long_ones, ranks):
     return chosen
 
 
-def of_each_file(items):
-    """Of each file's functions every third, and what is marked ``quick``.
+def of_each_file(items, long_ones):
+    """Of each file's functions every third, and what is ``quick`` or ``many_ranks``.
 
-    Those of a file have one subject, and all of them run on one rank.
+    Those of a file have one subject, and all of them run on one rank. A function of
+    which a member is long runs where the file has no other.
     """
+    thinned = [
+        item
+        for item in items
+        if not (_is_quick(item) or item.get_closest_marker("many_ranks"))
+    ]
+    long = {name.partition("[")[0] for name in long_ones}
     kept = set()
-    for _, found in groupby(items, lambda item: item.nodeid.partition("::")[0]):
-        names = [_function(item) for item in found if not _is_quick(item)]
-        kept.update(list(dict.fromkeys(names))[::3])
-    return [item for item in items if _is_quick(item) or _function(item) in kept]
+    for _, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+        names = list(dict.fromkeys(map(_function, found)))
+        kept.update([name for name in names if name not in long][::3] or names[:1])
+    left_out = {item for item in thinned if _function(item) not in kept}
+    return [item for item in items if item not in left_out]
 
 
 def _is_quick(item):

@@ -81,11 +81,12 @@ def test_of_a_family_that_is_named_two_unlike_members_run():
 
 def test_on_several_ranks_a_file_runs_every_third_function_and_what_is_quick():
     quick = [member("t.py::test_quick", "quick")]
-    functions = [family(f"t.py::test_{i}") for i in range(7)]
+    functions = [family(f"t.py::test_{i}") for i in range(8)]
     others = [family(f"other.py::test_{i}") for i in range(3)]
-    found = of_each_file(sum([functions[0], quick, *functions[1:], *others], []))
-    expected = [functions[0], quick, functions[3], functions[6], others[0]]
-    assert found == sum(expected, [])
+    items = sum([functions[0], quick, *functions[1:], *others], [])
+    long = {functions[1][0].nodeid, *(f"other.py::test_{i}" for i in range(3))}
+    expected = [functions[0], quick, functions[4], functions[7], others[0]]
+    assert of_each_file(items, long) == sum(expected, [])
 
 
 def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():
