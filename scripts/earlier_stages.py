@@ -1,4 +1,4 @@
-"""Pytest plugin of scripts/test: one count for every stage.
+"""Pytest plugin of scripts/test: one count, and the seconds, of every stage.
 
 The C++ tests and the tests on several ranks have run before; their JUnit
 reports are named in RAYMORTAR_REPORTS. Each case in them becomes an item here
@@ -7,6 +7,7 @@ with the outcome it had, so that pytest's closing count is of everything.
 
 import os
 import sys
+import time
 from xml.etree import ElementTree
 
 import pytest
@@ -43,6 +44,20 @@ def pytest_collection_modifyitems(session, items):
     # A selection that leaves no Python test must still be told as empty
     if items:
         items[:0] = _earlier_tests(session)
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Seconds of each stage: RAYMORTAR_STAGES has a line with begin and name of each."""
+    lines = os.environ.get("RAYMORTAR_STAGES", "").splitlines()
+    if not lines:
+        return
+    begins, names = zip(*(line.split(" ", 1) for line in lines))
+    end = int(time.time()) - int(os.environ["RAYMORTAR_STARTED"])
+    times = [int(begin) for begin in begins] + [end]
+    terminalreporter.section("seconds of each stage")
+    for name, first, last in zip(names, times, times[1:]):
+        terminalreporter.write_line(f"{last - first:5d} {name}")
+    terminalreporter.write_line(f"{end:5d} in all, without building")
 
 
 def pytest_sessionfinish(session, exitstatus):

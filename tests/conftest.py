@@ -7,7 +7,7 @@ import pytest
 from loaded_forms import keep_loaded_forms
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
-from selection import of_a_push
+from selection import of_a_push, of_each_file
 
 
 @pytest.fixture(params=CELLS)
@@ -73,6 +73,8 @@ def without_nightly(config, items):
     lines = NIGHTLY.read_text(encoding="utf-8").splitlines()
     long_ones = {line for line in lines if not line.startswith("#")}
     chosen = of_a_push(items, long_ones, COMM.size)
+    if COMM.size > 1:
+        chosen = of_each_file(chosen, long_ones)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

@@ -10,6 +10,9 @@ from dataclasses import fields, is_dataclass
 from itertools import groupby
 from zlib import crc32
 
+# A longer list of cases is a product, of which values count and not cases
+LONG = 6
+
 
 def of_a_push(items, long_ones, ranks):
     """Items that a push runs, in their order.
@@ -19,38 +22,81 @@ def of_a_push(items, long_ones, ranks):
     items
         Items of pytest, each family together.
     long_ones
-        Names of tests that a push leaves out, unless they are marked ``quick``.
+        Names of tests that a push leaves out, unless they are marked ``quick``, and of
+        families of which it runs two members.
     ranks
         Number of ranks. On one, each value of each parameter occurs in a family's
         choice; on several, a family has one member, not the same value everywhere.
     """
-    short = [
-        item
-        for item in items
-        if item.nodeid not in long_ones or item.get_closest_marker("quick")
-    ]
+    short = [item for item in items if item.nodeid not in long_ones or _is_quick(item)]
     chosen = []
     for name, members in groupby(short, _family):
         members = list(members)
         if name is None:
             chosen += members
         elif ranks == 1:
-            chosen += each_value(members)
+            chosen += (two if name in long_ones else each_value)(members)
         else:
-            chosen.append(members[crc32(f"{name} {ranks}".encode()) % len(members)])
+            chosen.append(_any(members, f"{name} {ranks}"))
     return chosen
+
+
+def of_each_file(items, long_ones):
+    """Of each file's functions every third, and what is ``quick`` or ``many_ranks``.
+
+    Those of a file have one subject, and all of them run on one rank. A function of
+    which a member is long runs where the file has no other.
+    """
+    thinned = [
+        item
+        for item in items
+        if not (_is_quick(item) or item.get_closest_marker("many_ranks"))
+    ]
+    long = {name.partition("[")[0] for name in long_ones}
+    kept = set()
+    for _, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+        names = list(dict.fromkeys(map(_function, found)))
+        kept.update([name for name in names if name not in long][::3] or names[:1])
+    left_out = {item for item in thinned if _function(item) not in kept}
+    return [item for item in items if item not in left_out]
+
+
+def _is_quick(item):
+    return item.get_closest_marker("quick") is not None
+
+
+def _function(item):
+    return item.nodeid.partition("[")[0]
+
+
+def _any(members, name):
+    """A member, not the same of all families."""
+    return members[crc32(name.encode()) % len(members)]
 
 
 def _family(item):
     """Name of the function; None for a test without parameters."""
-    if not hasattr(item, "callspec"):
-        return None
-    return item.nodeid.partition("[")[0]
+    return _function(item) if hasattr(item, "callspec") else None
+
+
+def two(members):
+    """A member and the one that has least in common with it."""
+    first = _any(members, _function(members[0]))
+    at, values = members.index(first), set(_values(first))
+    other = min(
+        members,
+        key=lambda item: (
+            len(values.intersection(_values(item))),
+            -abs(members.index(item) - at),
+        ),
+    )
+    return [item for item in members if item in (first, other)]
 
 
 def each_value(members):
     """Few members with all values of all parameters, those with most new ones first."""
-    values = {item: set(_values(item)) for item in members}
+    apart = len(members) > LONG
+    values = {item: set(_values(item, apart)) for item in members}
     missing, chosen = set().union(*values.values()), set()
     while missing:
         best = max(members, key=lambda item: len(values[item] & missing))
@@ -59,12 +105,14 @@ def each_value(members):
     return [item for item in members if item in chosen]
 
 
-def _values(item):
-    """Of each parameter, or group of parameters that are listed together. A case that
-    is a dataclass has a value in each field."""
+def _values(item, apart=True):
+    """Of each parameter, or, unless apart, group of parameters that are listed together.
+    A case that is a dataclass has a value in each field."""
     params = item.callspec.params
     groups = [mark.args[0] for mark in item.iter_markers("parametrize")]
     groups = [g.replace(",", " ").split() if isinstance(g, str) else g for g in groups]
+    if apart:
+        groups = [[name] for group in groups for name in group]
     listed = {name for group in groups for name in group}
     for group in [*groups, *([name] for name in params if name not in listed)]:
         case = params[group[0]]

@@ -4,7 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from selection import each_value, of_a_push
+from selection import each_value, of_a_push, of_each_file
 
 TESTS = Path(__file__).parents[1]
 
@@ -57,6 +57,36 @@ def test_each_value_occurs_with_few_members():
 
 def test_parameters_that_are_listed_together_stay_together():
     assert len(each_value(family(groups=["cell, law"]))) == 6
+
+
+def test_of_a_product_that_is_listed_each_value_occurs():
+    laws = (*LAWS, "stick or slip")
+    product = [
+        member("t.py::test_a", cell=cell, law=law, groups=["cell, law"])
+        for cell in CELLS
+        for law in laws
+    ]
+    chosen = each_value(product)
+    assert len(chosen) == 3
+    assert {item.callspec.params["law"] for item in chosen} == set(laws)
+
+
+def test_of_a_family_that_is_named_two_unlike_members_run():
+    families = [family(f"t.py::test_{i}") for i in range(20)]
+    found = of_a_push(sum(families, []), {f"t.py::test_{i}" for i in range(20)}, 1)
+    pairs = [[item.callspec.params for item in found if item in f] for f in families]
+    assert all(a["cell"] != b["cell"] and a["law"] != b["law"] for a, b in pairs)
+    assert {params["cell"] for pair in pairs for params in pair} == set(CELLS)
+
+
+def test_on_several_ranks_a_file_runs_every_third_function_and_what_is_quick():
+    quick = [member("t.py::test_quick", "quick")]
+    functions = [family(f"t.py::test_{i}") for i in range(8)]
+    others = [family(f"other.py::test_{i}") for i in range(3)]
+    items = sum([functions[0], quick, *functions[1:], *others], [])
+    long = {functions[1][0].nodeid, *(f"other.py::test_{i}" for i in range(3))}
+    expected = [functions[0], quick, functions[4], functions[7], others[0]]
+    assert of_each_file(items, long) == sum(expected, [])
 
 
 def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():

@@ -122,7 +122,7 @@ def test_a_bouncing_body_keeps_the_energy(scheme):
     scene = layer(height=0.55, free=("y",), E=2000.0)
     scene.ball.force = (0.0, -MASS * GRAVITY)
     scene.ball.velocity = {"y": -1.0}
-    steps_of(scene, scheme, 2e-3, 0.6).run()
+    steps_of(scene, scheme, 2e-3, 0.3).run()
     h = scene.history
     total = h["kinetic"] + h["elastic"] - h["external_work"]
     start = 0.5 * MASS
