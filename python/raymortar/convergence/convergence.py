@@ -180,15 +180,6 @@ class Convergence:
             balanced = balanced[self.now.count :]
         return bool(balanced.all())
 
-    def excess(self, rtol: float, atol: float | None) -> float:
-        """Last residual over the one that `reached` asks for, the largest of all
-        groups; or distance from prescribed values over the one that it asks for, if
-        that is larger."""
-        forces = _largest_ratio(self.now.residual, rtol * self._forces)
-        if atol is not None and atol > 0.0:
-            forces = min(forces, self.now.norm / atol)
-        return max(forces, _largest_ratio(self.now.lacking, rtol * self._first.lacking))
-
     @property
     def _forces(self) -> Array:
         """Forces that the residual of each group is compared with."""
@@ -268,12 +259,6 @@ class Convergence:
         for of, per_length, unit in self.groups.field_rows(sizes):
             rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows
-
-
-def _largest_ratio(values: Array, sizes: Array) -> float:
-    """Largest of all values over their sizes; those without a size do not count."""
-    counts = sizes > 0.0
-    return float((values[counts] / sizes[counts]).max(initial=0.0))
 
 
 def cycle_length(history: Sequence[float], tolerance: float = 1e-2) -> int:
