@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from math import fsum
 
-from .formats import Row, Table, brief, grouped, once, spaced, table
+from .formats import Row, Table, brief, grouped, spaced, table
 
 
 def _millions(count: str, digits: int) -> str:

@@ -39,8 +39,7 @@ from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
-from .system.split import Updated
-from .system.volume import Volume
+from .system.volume import Updated, Volume
 
 
 class CoupledProblem:
@@ -86,7 +85,7 @@ class CoupledProblem:
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
-        tangent is kept; ``volume.kept``: what of it is, or None.
+        tangent is kept.
     fluxes
         What fluxes and ties of fields add, or None.
     convergence
@@ -191,9 +190,7 @@ class CoupledProblem:
                 pattern.destroy()
         # With fluxes more than the facets' displacements changes from tangent to tangent
         known = F if is_derivative and self.fluxes is None else None
-        self.volume = Volume(
-            self.contact, L, a, known, self._pattern, compiled, updated
-        )
+        self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
         groups = groups_of(self.contact)
         self.convergence = Convergence(groups)
         self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)

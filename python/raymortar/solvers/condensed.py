@@ -13,6 +13,7 @@ from ..compat import Array, Mask
 from ..errors import ContactError
 from ..interface.probing import product
 from ..system.condensation import ELIMINATED, Eliminated, scale
+from ..system.entries import without_zeros
 from .node_frames import NodeFrames
 from .petsc_objects import finished
 
@@ -68,7 +69,8 @@ class CondensedPreconditioner:
         diagonal.array[determined] = diagonal.norm(PETSc.NormType.NORM_INFINITY)
         product_of_all.setDiagonal(diagonal)
         diagonal.destroy()
-        S = _without_zeros(product_of_all)
+        S = without_zeros(product_of_all)  # a third is room for other partners
+        product_of_all.destroy()
         S.setBlockSize(A.getBlockSize())
         has_hypre = PETSc.Sys.hasExternalPackage("hypre")
         self.bodies = finished(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
@@ -161,21 +163,6 @@ class CondensedPreconditioner:
     def destroy(self, pc: PETSc.PC) -> None:
         """Free all, as PETSc asks at the end. Collective."""
         self.reset(pc)
-
-
-def _without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
-    """Take the entries that are not zero, off a matrix that is destroyed: of a tangent a
-    third is room for other partners."""
-    offsets, columns, values = matrix.getValuesCSR()
-    used = values != 0.0
-    counts = np.concatenate([[0], np.cumsum(used)])
-    found = PETSc.Mat().createAIJ(
-        matrix.getSizes(),
-        csr=(counts[offsets].astype(PETSc.IntType), columns[used], values[used]),
-        comm=matrix.comm,
-    )
-    matrix.destroy()
-    return found
 
 
 def _translated(A: PETSc.Mat, of: Eliminated, combine: PETSc.Mat) -> Array:

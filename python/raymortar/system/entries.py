@@ -1,4 +1,4 @@
-"""Entries of PETSc matrices as rows, columns and values, in any order."""
+"""Entries of PETSc matrices as rows, columns and values."""
 
 from __future__ import annotations
 
@@ -62,5 +62,16 @@ def in_own_rows(
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(kind)
     csr = offsets, columns[order].astype(kind), values[order]
     A = PETSc.Mat().createAIJ(((layout.size, None),) * 2, csr=csr, comm=layout.comm)
+    A.assemble()
+    return A
+
+
+def without_zeros(K: PETSc.Mat) -> PETSc.Mat:
+    """Copy the entries of a matrix that are not zero."""
+    offsets, columns, values = K.getValuesCSR()
+    found = values != 0.0
+    before = np.concatenate([[0], np.cumsum(found)])
+    rows = before[offsets].astype(PETSc.IntType), columns[found], values[found]
+    A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
     A.assemble()
     return A
