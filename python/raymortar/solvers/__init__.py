@@ -6,7 +6,7 @@
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
-- condensed, node_frames: a preconditioner of condensed systems
+- condensed: a preconditioner of condensed systems
 - petsc_objects: PETSc options, and solvers within solvers
 """
 

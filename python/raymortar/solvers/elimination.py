@@ -8,7 +8,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from scipy import sparse
 
 from .. import compat
 from ..compat import Array
@@ -17,6 +16,7 @@ from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
+from ..system.entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
 from .petsc_objects import KnowsProblem, finished, inner_solver
 
@@ -168,27 +168,17 @@ class BodiesPreconditioner(KnowsProblem):
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
         """Make E^-1 of the nodes' blocks of D, which is destroyed, and the masses."""
-        offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
-        size, begin = D.getSizes()[0], D.getOwnershipRange()[0]
-        own = sparse.csr_matrix((values, columns, offsets), 2 * size[:1])
         scale = np.ones(self.contact.layout.size)
         if self.row_scale is not None:  # the factors of the rows, springs included
             scale = self.row_scale.array_r
         scale, first, parts = scale[self.contact.layout.n :], 0, []
         for contact, factor in zip(self._with_multiplier, self._factors):
             c, mass = contact.layout.components, factor * lumped_mass(contact)
-            n = len(mass)
-            at = first + np.arange(c * n).reshape(n, c)
-            rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
-            blocks = np.array(own[rows.ravel(), others.ravel()]).reshape(n, c, c)
-            blocks -= (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
-            diagonal = np.linalg.inv(blocks), np.arange(n), np.arange(n + 1)
-            parts.append(sparse.bsr_matrix(diagonal, (c * n, c * n)))
-            first += c * n
-        E = sparse.block_diag(parts, "csr")
-        csr = tuple(a.astype(PETSc.IntType) for a in (E.indptr, E.indices + begin))
-        inverse = PETSc.Mat().createAIJ((size, size), csr=(*csr, E.data), comm=D.comm)
-        inverse.assemble()
+            at = first + np.arange(c * len(mass)).reshape(-1, c)
+            springs = (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
+            parts.append(np.linalg.inv(node_blocks(D, at) - springs))
+            first += at.size
+        inverse = block_diagonal(parts, D.comm)
         D.destroy()
         return inverse
 
