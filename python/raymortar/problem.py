@@ -90,9 +90,6 @@ class CoupledProblem:
         What fluxes and ties of fields add, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
-    rays_only
-        Whether iterates keep the segments and integration points of the last pairing and
-        only cast their rays anew, as `FixedPointSolver` asks for.
     part_of
         What solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
@@ -169,7 +166,6 @@ class CoupledProblem:
         )
         L, a = compiled(F), compiled(J)
         self.history: list[float] = []
-        self.rays_only = False
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
         self.restored: tuple[Any, ...] | None = None
@@ -290,7 +286,7 @@ class CoupledProblem:
         if contact.parts[0].volume is not self._pattern:
             contact.use_volume(self._pattern)
         anew = is_first or self._revision != contact.revision
-        if contact.take(x, anew, self.rays_only):
+        if contact.take(x, anew):
             if is_first:
                 self._hold_segments()
             self._revision = contact.revision

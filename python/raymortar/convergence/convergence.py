@@ -89,14 +89,13 @@ class Convergence:
 
     `now` is the last residual, and `norms` are those of the iterates since `start`, force:
     rejected trial steps are left out, and iterates that had not reached a prescribed
-    displacement. `keeps_first` keeps the first residuals of an earlier solve, as
-    `FixedPointSolver` does for its inner solves. A solve that is `patient` goes on until
-    it is hopeless. Otherwise it ends at the first trouble, as `LoadSteps` has remedies.
+    displacement. A solve that is `patient` goes on until it is hopeless. Otherwise it ends
+    at the first trouble, as `LoadSteps` has remedies.
     """
 
     def __init__(self, groups: Groups) -> None:
         self.groups = groups
-        self.keeps_first, self.patient = False, True
+        self.patient = True
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
@@ -118,9 +117,8 @@ class Convergence:
         self._floors = self.groups.floors()
         self._inertia_floors[:] = 0.0
         self._last, self.now = (None, None), UNKNOWN
+        self._first = UNKNOWN
         self.norms.clear()
-        if not self.keeps_first:
-            self._first = UNKNOWN
 
     def measure(
         self,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from dolfinx import fem
-from problems import COMM, build, fix, stack
+from problems import COMM, build, fix
 
 from meshes.scenes import two_blocks
 from raymortar import (
@@ -15,10 +15,6 @@ from raymortar import (
     solvers,
 )
 from raymortar.solvers.automatic import inexact
-
-
-def pressed(V, scene):
-    return [fix(V, scene, "bottom"), fix(V, scene, "top", value=(0.0, 0.0, -0.05))]
 
 
 def path_of(method, options):

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from clicking import clicking
-from problems import COMM, SOLVERS, build, fix, stack, worst
+from problems import COMM, SOLVERS, worst
 
 from raymortar import (
     ArcLength,

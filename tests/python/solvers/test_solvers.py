@@ -10,6 +10,7 @@ from raymortar import (
     AugmentedLagrangian,
     ContactWarning,
     Coulomb,
+    FixedPointSolver,
     Penalty,
     SNESSolver,
     compat,
@@ -159,6 +160,12 @@ def test_older_names_are_the_one_that_stays(name):
 def test_lagged_factors_are_those_of_each_tangent():
     with pytest.warns(ContactWarning, match="is direct"):
         assert solvers.lagged_factors(lagged_most=3) == solvers.direct()
+
+
+def test_a_fixed_point_is_newtons_method():
+    solver = SNESSolver(blocks("augmented", None, n=1).problem)
+    with pytest.warns(ContactWarning, match="is the solver itself"):
+        assert FixedPointSolver(solver, max_outer=3) is solver
 
 
 def test_unknown_multigrid_is_refused():
