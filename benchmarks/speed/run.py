@@ -5,8 +5,7 @@
 CPU seconds, medians of five calls. Parts: `stages` (every stage against the number of
 slave facets, and the floor of the insertion), `pairing` (up to a million facets, all
 strategies), `peer` (GetFEM on the same surfaces), `share` (of a Newton iteration with
-MUMPS), `fixed_point` (against Newton's method on everything), `ironing` (a path from
-end to end, and in GetFEM).
+MUMPS), `ironing` (a path from end to end, and in GetFEM).
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import csv
 import logging
 from pathlib import Path
 
-import fixed_point
 import ironing
 import numpy as np
 import peer
@@ -139,11 +137,6 @@ def share_rows(quick):
     return rows
 
 
-def fixed_point_rows(quick):
-    """Solves, iterations and time of both methods on the same paths."""
-    return listed(fixed_point.rows(quick))
-
-
 def ironing_rows(quick):
     """Run time of a path in both programs."""
     return listed(ironing.rows(quick))
@@ -161,7 +154,6 @@ PARTS = {
     "pairing": pairing_rows,
     "peer": peer_rows,
     "share": share_rows,
-    "fixed_point": fixed_point_rows,
     "ironing": ironing_rows,
 }
 

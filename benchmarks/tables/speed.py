@@ -239,32 +239,6 @@ def _micro(value: float, name: str = "") -> str:
     return brief(value, 3 if value >= 100 else 2)
 
 
-@table("speed/results/fixed_point.csv")
-def fixed_point(rows: list[Row]) -> Table:
-    """Newton's method on everything and the fixed point on the pairing."""
-    names = {
-        "hertz": "Hertz, cylinder on a block, 40 facets across",
-        "ironing, 100 slide steps": "shallow ironing, 60 facets, 100 slide steps per"
-        " unit",
-        "ironing, 20 slide steps": "the same, 20 slide steps per unit",
-    }
-    lines = [
-        ["path", "solver", "solves", "failures", "iterations", "pairings", "seconds"]
-    ]
-    for name, row in zip(once(names[row["path"]] for row in rows), rows):
-        held = row["fixed_point"] == "True"
-        counts = [row[n] for n in ("solves", "failures", "iterations", "pairings")]
-        lines.append(
-            [
-                name,
-                "fixed point" if held else "Newton on everything",
-                *counts,
-                f"{float(row['seconds']):.2f}",
-            ]
-        )
-    return lines
-
-
 @table("rigid/cost.csv")
 def rigid_cost(rows: list[Row]) -> Table:
     """Cost of rigid tools over that of a meshed one that is held."""

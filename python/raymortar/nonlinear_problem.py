@@ -79,7 +79,7 @@ class NonlinearProblem(CoupledProblem):
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
-        tangent is kept; ``volume.kept``: what of it is, or None.
+        tangent is kept.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     steps_accepted

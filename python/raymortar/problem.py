@@ -37,8 +37,7 @@ from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
-from .system.split import Updated
-from .system.volume import Volume
+from .system.volume import Updated, Volume
 from .tie import FieldTie
 
 
@@ -85,14 +84,11 @@ class CoupledProblem:
         UFL residual and Jacobian of the volume, as lists where there are several.
     volume
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
-        tangent is kept; ``volume.kept``: what of it is, or None.
+        tangent is kept.
     fluxes
         What fluxes and ties of fields add, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
-    rays_only
-        Whether iterates keep the segments and integration points of the last pairing and
-        only cast their rays anew, as `FixedPointSolver` asks for.
     part_of
         What solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
@@ -169,7 +165,6 @@ class CoupledProblem:
         )
         L, a = compiled(F), compiled(J)
         self.history: list[float] = []
-        self.rays_only = False
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
         self.restored: tuple[Any, ...] | None = None
@@ -190,9 +185,7 @@ class CoupledProblem:
                 pattern.destroy()
         # With fluxes more than the facets' displacements changes from tangent to tangent
         known = F if is_derivative and self.fluxes is None else None
-        self.volume = Volume(
-            self.contact, L, a, known, self._pattern, compiled, updated
-        )
+        self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
         groups = groups_of(self.contact)
         self.convergence = Convergence(groups)
         self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
@@ -292,7 +285,7 @@ class CoupledProblem:
         if contact.parts[0].volume is not self._pattern:
             contact.use_volume(self._pattern)
         anew = is_first or self._revision != contact.revision
-        if contact.take(x, anew, self.rays_only):
+        if contact.take(x, anew):
             if is_first:
                 self._hold_segments()
             self._revision = contact.revision

@@ -1,4 +1,4 @@
-"""What the tests of volumes share that keep what is linear."""
+"""What the tests of linear volumes share."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def disturb(problem, size=1e-2):
 
 
 def assert_as_assembled(problem):
-    """Compare a volume that keeps all or some with one that keeps nothing."""
+    """Compare a volume that is kept with one that is assembled."""
     kept, plain = problem.volume, without_what_is_kept(problem)
     assert kept.kept is not None and plain.kept is None
     increment = problem.contact.unknowns.lacking(problem.bcs).increment

@@ -13,7 +13,6 @@ from problems import COMM, SOLVERS
 from programs import ROOT, blocks_of, run
 
 from raymortar import ContactError, NewtonSolver, Penalty, SNESSolver
-from raymortar.solvers.solver import FixedPointSolver
 
 pytestmark = pytest.mark.mpi
 
@@ -22,17 +21,12 @@ pytestmark = pytest.mark.mpi
 
 
 @pytest.mark.quick
-@pytest.mark.parametrize("kind", [*SOLVERS, FixedPointSolver])
+@pytest.mark.parametrize("kind", SOLVERS)
 def test_solve_takes_the_function_that_a_problem_solves_for(kind):
     one, other = Pressed(), Pressed()
-
-    def solver(problem):
-        fixed = kind is FixedPointSolver
-        return kind(SNESSolver(problem)) if fixed else kind(problem)
-
-    found = solver(one.problem).solve(one.u)
+    found = kind(one.problem).solve(one.u)
     iterations, converged = found
-    assert found == solver(other.problem).solve() and converged and iterations > 1
+    assert found == kind(other.problem).solve() and converged and iterations > 1
     assert difference(one.u, other.u) <= 1e-12
 
 

@@ -133,7 +133,7 @@ def rows_of(heading):
 @pytest.mark.quick
 @pytest.mark.parametrize(
     "name",
-    """Contact AugmentedLagrangian Penalty Search NonlinearProblem FixedPointSolver
+    """Contact AugmentedLagrangian Penalty Search NonlinearProblem
     LoadSteps History plot""".split(),
 )
 def test_every_argument_has_a_row_with_its_default(name):

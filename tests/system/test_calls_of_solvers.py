@@ -11,7 +11,6 @@ from problems import COMM, SOLVERS
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, compat
-from raymortar.solvers.solver import FixedPointSolver
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 
@@ -71,18 +70,12 @@ def test_load_steps_refuse(solver, options, pattern):
 
 def test_load_steps_need_a_solver_and_its_loads(scene, ready, solver):
     for thing in (None, ready, solver.snes):
-        with refused("solver must be a NewtonSolver, SNESSolver or FixedPointSolver"):
+        with refused("solver must be a NewtonSolver or an SNESSolver"):
             LoadSteps(thing, lambda t: None)
     with refused("apply must be a function of the load factor, not None"):
         LoadSteps(solver, None)
     with refused("history is of another problem than the solver"):
         LoadSteps(solver, lambda t: None, history=History(problem(scene)))
-
-
-@pytest.mark.parametrize("outer", [0, 2.5, "3", None, True])
-def test_fixed_point_refuses(solver, outer):
-    with refused("max_outer = .* must be positive and a whole number"):
-        FixedPointSolver(solver, outer)
 
 
 def test_whole_numbers_of_numpy_are_steps(solver):

@@ -67,7 +67,7 @@ def left_behind(make, count=30, before=15):
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="tells no memory")
-@pytest.mark.parametrize("options", [None, solvers.iterative()], ids=["lu", "gamg"])
+@pytest.mark.parametrize("options", [None, solvers.iterative()], ids=["lu", "bodies"])
 def test_solvers_leave_no_memory(options):
     sliding = Sliding()
     problem = sliding.problem()

@@ -138,7 +138,7 @@ def test_iterative_solvers_give_the_direct_ones_answer(method):
         ],
     )
     found = []
-    for options in (None, solvers.iterative("gamg")):
+    for options in (None, solvers.iterative()):
         problem.u.x.array[:] = 0.0
         solver = SNESSolver(problem.problem, options)
         tolerate(solver, rtol=1e-12)

@@ -12,7 +12,6 @@ from raymortar import (
     ContactError,
     ConvergenceError,
     Coulomb,
-    FixedPointSolver,
     LoadSteps,
     NonlinearProblem,
     Penalty,
@@ -69,13 +68,13 @@ def test_it_is_called_once_for_each_iterate(solver):
     assert len(law.calls) == calls
 
 
-def test_a_fixed_point_and_a_path_take_it_along():
-    """With friction, extrapolated states and both kinds of solver."""
+def test_a_path_takes_it_along():
+    """With friction and extrapolated states."""
     options = {"friction": Coulomb(0.3)}
     points, form = both(**options)
     found = []
     for problem, _, apply in (points, form):
-        path = LoadSteps(FixedPointSolver(SNESSolver(problem)), apply, 2)
+        path = LoadSteps(SNESSolver(problem), apply, 2)
         iterations = [step.iterations for step in path]
         path = LoadSteps(
             SNESSolver(problem), apply, 3, path=(1.0, 1.3), extrapolate=True

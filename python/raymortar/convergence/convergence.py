@@ -89,14 +89,13 @@ class Convergence:
 
     `now` is the last residual, and `norms` are those of the iterates since `start`, force:
     rejected trial steps are left out, and iterates that had not reached a prescribed
-    displacement. `keeps_first` keeps the first residuals of an earlier solve, as
-    `FixedPointSolver` does for its inner solves. A solve that is `patient` goes on until
-    it is hopeless. Otherwise it ends at the first trouble, as `LoadSteps` has remedies.
+    displacement. A solve that is `patient` goes on until it is hopeless. Otherwise it ends
+    at the first trouble, as `LoadSteps` has remedies.
     """
 
     def __init__(self, groups: Groups) -> None:
         self.groups = groups
-        self.keeps_first, self.patient = False, True
+        self.patient = True
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
@@ -118,9 +117,8 @@ class Convergence:
         self._floors = self.groups.floors()
         self._inertia_floors[:] = 0.0
         self._last, self.now = (None, None), UNKNOWN
+        self._first = UNKNOWN
         self.norms.clear()
-        if not self.keeps_first:
-            self._first = UNKNOWN
 
     def measure(
         self,
@@ -179,15 +177,6 @@ class Convergence:
         if atol is not None and self.now.norm <= atol:
             balanced = balanced[self.now.count :]
         return bool(balanced.all())
-
-    def excess(self, rtol: float, atol: float | None) -> float:
-        """Last residual over the one that `reached` asks for, the largest of all
-        groups; or distance from prescribed values over the one that it asks for, if
-        that is larger."""
-        forces = _largest_ratio(self.now.residual, rtol * self._forces)
-        if atol is not None and atol > 0.0:
-            forces = min(forces, self.now.norm / atol)
-        return max(forces, _largest_ratio(self.now.lacking, rtol * self._first.lacking))
 
     @property
     def _forces(self) -> Array:
@@ -268,12 +257,6 @@ class Convergence:
         for of, per_length, unit in self.groups.field_rows(sizes):
             rows[of] = np.where(fixed[of], heavy * unit, one / per_length)
         return rows
-
-
-def _largest_ratio(values: Array, sizes: Array) -> float:
-    """Largest of all values over their sizes; those without a size do not count."""
-    counts = sizes > 0.0
-    return float((values[counts] / sizes[counts]).max(initial=0.0))
 
 
 def cycle_length(history: Sequence[float], tolerance: float = 1e-2) -> int:

@@ -15,9 +15,8 @@ from dolfinx import fem
 from .. import compat
 from ..compat import Array
 from ..problem import CoupledProblem
-from .motion import End, Motion
+from .motion import End, Motion, Rest
 from .moving_bodies import MovingBodies
-from .rest import Rest
 from .schemes import Midpoint
 
 
@@ -154,14 +153,13 @@ class Account:
         """Add the solved step, and take its end. Collective."""
         of_form, of_contact = self.static()
         rows = np.array([of_form, of_contact, self._motion.inertia_now()])
-        pushes, scheme = self._pushes(), self._motion.scheme
+        pushes, gamma = self._pushes(), self._motion.scheme.gamma
         # A step's work is that between the states which are solved for, by the mean of
         # the forces in both: values without mass know no others
         stored = self._stored()
         mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
         self._work += self._works(mean, change, stored, self._stored_then)
         self._of_bodies += self._bodies.work_of_contact(), self._bodies.work()
-        gamma = 1.0 if isinstance(scheme, Midpoint) else scheme.gamma
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
         self._rows, self._push = rows, pushes

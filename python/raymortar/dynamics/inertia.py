@@ -24,8 +24,8 @@ from ..errors import (
     together,
 )
 from ..interface.probing import product
-from ..system.split import Inputs
-from ..system.volume import without_zeros
+from ..system.entries import without_zeros
+from ..system.kept import Inputs
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")

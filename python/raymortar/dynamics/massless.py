@@ -13,7 +13,7 @@ from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import marked_everywhere
 from ..errors import SetUpError, format_point, raise_everywhere
-from ..system.entries import in_own_rows, joined
+from ..system.entries import in_own_rows, joined, values_at
 
 # Layers of cells around a node in which neighbours are looked for
 MOST_LAYERS = 4
@@ -101,18 +101,7 @@ class _Nodes:
 
     def look_up(self, rows: Array) -> Array:
         """Fetch the table's rows of any ranks, (n, 2 + 2 d). Collective."""
-        width = self._table.getBlockSize()
-        unique, back = np.unique(rows, return_inverse=True)
-        at = PETSc.IS().createBlock(
-            width, unique.astype(PETSc.IntType), comm=PETSc.COMM_SELF
-        )
-        here = PETSc.Vec().createSeq(width * len(unique), bsize=width)
-        scatter = PETSc.Scatter().create(self._table, at, here, None)
-        scatter.scatter(self._table, here)
-        found: Array = here.array_r.reshape(-1, width)[back.ravel()].copy()
-        for thing in (scatter, here, at):
-            thing.destroy()
-        return found
+        return values_at(self._table, rows)
 
     def destroy(self) -> None:
         """Free the table. Collective."""

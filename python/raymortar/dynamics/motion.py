@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
 from ..errors import ConvergenceError, raise_everywhere
+from ..problem import CoupledProblem
 from .inertia import Inertia, owned_values
-from .schemes import Midpoint, Scheme, StepEquation
+from .schemes import Midpoint, Scheme, StepEquation, end_of_step
 
-# Tolerance of the initial accelerations
+# Tolerance of initial accelerations, and of static balances
 EXACT = 1e-14
 
 
@@ -128,11 +130,7 @@ class Motion:
         x, b = A.createVecs()
         b.array[:] = 0.0
         b.array[:n] = np.where(massive, pushed, 0.0)
-        ksp = PETSc.KSP().create(comm)
-        ksp.setOperators(A)
-        ksp.setType("cg")
-        ksp.getPC().setType("jacobi")
-        ksp.setTolerances(rtol=EXACT, max_it=10000)
+        ksp = _conjugate_gradients(A)
         ksp.solve(b, x)
         found, reason = x.array_r[:n].copy(), ksp.getConvergedReason()
         for thing in (ksp, A, x, b):
@@ -150,9 +148,7 @@ class Motion:
         self.dt, self.equation = dt, self.scheme.equation(dt)
         one, self.begun = self.equation, self._unknowns.owned_values()
         self.unit_forces = one.factor * self.inertia.diagonal()
-        v, a = self.values(self.velocity), self.values(self.acceleration)
-        self._shift = one.position * self.begun + one.velocity * v
-        self._shift += one.acceleration * a
+        self._shift = one.shift(*self._begin())
 
     def forces(self, values: Array) -> Array:
         """Forces of inertia, and of accepted steps, at values of the owned unknowns,
@@ -173,30 +169,20 @@ class Motion:
     def end(self) -> End:
         """Find the end of the solved step, which the present unknowns are, or the
         middle of which [theory (6.7), (6.9)]. Collective."""
-        values, dt, scheme = self._unknowns.owned_values(), self.dt, self.scheme
-        v, a = self.values(self.velocity), self.values(self.acceleration)
-        if isinstance(scheme, Midpoint):
-            end = self._after_middle(values)
-            new_v = 2.0 * (2.0 * values - 2.0 * self.begun) / dt - v
-            new_a = (new_v - v) / dt
-        else:
-            end, beta, gamma = values, scheme.beta, scheme.gamma
-            new_a = (values - self.begun - dt * v) / (beta * dt**2)
-            new_a -= (0.5 / beta - 1.0) * a
-            new_v = v + dt * ((1.0 - gamma) * a + gamma * new_a)
-        smooth = self.inertia.smooth
-        return End(values, end, smooth(new_v), smooth(new_a))
-
-    def _after_middle(self, middle: Array) -> Array:
-        """Go on from the middle of a step to its end. Values without mass have no
-        velocity of their own, and go on as their last two middles [theory (6.10)]."""
-        end: Array = 2.0 * middle - self.begun
-        if self.last > 0.0:
-            before = self.values(self.middle)
+        values = self._unknowns.owned_values()
+        end, v, a = end_of_step(self.scheme, self.dt, self._begin(), values)
+        if isinstance(self.scheme, Midpoint) and self.last > 0.0:
+            # Values without mass have no velocity of their own, and go on as their last
+            # two middles [theory (6.10)]
             on = self.dt / (self.dt + self.last)
-            straight = middle + on * (middle - before)
+            straight = values + on * (values - self.values(self.middle))
             end = np.where(self.inertia.is_massive, end, straight)
-        return end
+        return End(values, end, self.inertia.smooth(v), self.inertia.smooth(a))
+
+    def _begin(self) -> tuple[Array, Array, Array]:
+        """Values, velocities and accelerations at the accepted step, (n,) each."""
+        v, a = self.values(self.velocity), self.values(self.acceleration)
+        return self.begun, v, a
 
     def accept(self, end: End, prescribed: tuple[Mask, Array]) -> None:
         """Go over to the end of the solved step, of `end`. Collective.
@@ -222,9 +208,7 @@ class Motion:
     def error(self, end: End) -> float:
         """Estimate the local error of the displacement at the end of a step, over its
         motion by the largest velocity: the mean of all mass. Collective."""
-        scheme = self.scheme
-        beta = 0.25 if isinstance(scheme, Midpoint) else scheme.beta
-        share = abs(beta - 1.0 / 6.0)
+        share = abs(self.scheme.beta - 1.0 / 6.0)
         wrong = share * self.dt**2 * (end.a - self.values(self.acceleration))
         moved = self.dt * max(self.size(end.v), self.fastest)
         return self.size(wrong) / moved if moved > 0.0 else 0.0
@@ -233,3 +217,70 @@ class Motion:
         """Norm of values of the owned unknowns by the mass. Collective."""
         square = float(values @ self.inertia.times(values))
         return float(np.sqrt(max(self._unknowns.comm.allreduce(square), 0.0)))
+
+
+def _conjugate_gradients(A: PETSc.Mat) -> PETSc.KSP:
+    """Make a solver of a symmetric matrix. Collective."""
+    ksp = PETSc.KSP().create(A.comm)
+    ksp.setOperators(A)
+    ksp.setType("cg")
+    ksp.getPC().setType("jacobi")
+    ksp.setTolerances(rtol=EXACT, max_it=10000)
+    return ksp
+
+
+class Rest:
+    """Finds where the forms hold values without mass, by one Newton iteration.
+
+    Of linear bodies it is exact. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem whose matrices have room for the tangent.
+    volume
+        Forms of the problem without inertia.
+    """
+
+    def __init__(self, problem: CoupledProblem, volume: Any) -> None:
+        self._problem, self._volume = problem, volume
+        # Making room may pair surfaces anew, at the present unknowns
+        self._K = problem.create_matrix()
+        self._ksp: Any = None
+        self._chosen: Mask = np.zeros(0, dtype=bool)
+
+    def change(self, chosen: Mask) -> Array:
+        """Change of the owned unknowns, (n,), with which the forms are in balance at
+        chosen ones."""
+        begin, comm = self._problem.contact.layout.begin, self._problem.comm
+        found, rows = np.zeros(len(chosen)), np.flatnonzero(chosen)
+        if comm.allreduce(len(rows)) == 0:
+            return found
+        forces = self._volume.forces(self._problem.bcs)
+        ksp = self._factors(chosen, rows + begin)
+        x, b = ksp.getOperators()[0].createVecs()
+        b.array[:] = -forces[rows]
+        ksp.solve(b, x)
+        if ksp.getConvergedReason() > 0:  # else the forms have no balance near here
+            found[rows] = x.array_r
+        for thing in (x, b):
+            thing.destroy()
+        return found
+
+    def _factors(self, chosen: Mask, rows: Indices) -> Any:
+        """Factors of the tangent between chosen unknowns, kept where it is linear."""
+        comm = self._problem.comm
+        anew = self._ksp is None or not np.array_equal(chosen, self._chosen)
+        if not comm.allreduce(int(anew)) and self._volume.is_linear:
+            return self._ksp
+        self._K.zeroEntries()
+        self._volume.add_tangent(self._K, self._problem.bcs)
+        self._K.assemble()
+        own = PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=comm)
+        part = self._K.createSubMatrix(own, own)
+        own.destroy()
+        if self._ksp is not None:
+            self._ksp.destroy()
+        self._chosen, self._ksp = chosen.copy(), _conjugate_gradients(part)
+        part.destroy()  # the solver keeps it
+        return self._ksp

@@ -12,7 +12,7 @@ import numpy as np
 from ..compat import Array
 from ..errors import ContactError
 from ..rigid.body import Body
-from .schemes import Midpoint, Scheme, StepEquation, velocity_in_step
+from .schemes import Midpoint, Scheme, StepEquation, end_of_step, velocity_in_step
 from .spinning import Spin, SpinEnd
 
 
@@ -139,8 +139,7 @@ class MovingBodies:
             self._given.append((cpp.force.copy(), cpp.moment.copy()))
             q = freedom.totals
             self._last.append(q)
-            b = one.position * q + one.velocity * freedom.velocity
-            b += one.acceleration * freedom.acceleration
+            b = one.shift(q, freedom.velocity, freedom.acceleration)
             # The velocity that dampers see
             rate, start = velocity_in_step(
                 self._scheme, dt, freedom.velocity, freedom.acceleration
@@ -203,22 +202,12 @@ class MovingBodies:
 
     def _ends(self) -> list[BodyEnd]:
         """Ends of the bodies after the solved step [theory (6.7), (6.9)]."""
-        dt, scheme, found = self._dt, self._scheme, []
+        found = []
         for body, q, spin in zip(self.bodies, self._last, self._spins):
-            now, freedom = body.freedom.totals, body.freedom
-            v, a = freedom.velocity, freedom.acceleration
-            if isinstance(scheme, Midpoint):
-                end = 2.0 * now - q
-                new_v = 2.0 * (end - q) / dt - v
-                new_a = (new_v - v) / dt
-            else:
-                end = now
-                new_a = (now - q - dt * v) / (scheme.beta * dt**2)
-                new_a -= (0.5 / scheme.beta - 1.0) * a
-                mean = (1.0 - scheme.gamma) * a + scheme.gamma * new_a
-                new_v = v + dt * mean
-            spun = None if spin is None else spin.end()
-            found.append(BodyEnd(end, new_v, new_a, spun))
+            freedom = body.freedom
+            begun = q, freedom.velocity, freedom.acceleration
+            end = end_of_step(self._scheme, self._dt, begun, freedom.totals)
+            found.append(BodyEnd(*end, None if spin is None else spin.end()))
         return found
 
     def solved(self) -> None:
@@ -242,8 +231,7 @@ class MovingBodies:
         for body, q, end, spin in zip(self.bodies, self._last, self.ends, self._spins):
             freedom, m = body.freedom, body.masses
             solved = freedom.totals
-            b = one.position * q + one.velocity * freedom.velocity
-            b += one.acceleration * freedom.acceleration
+            b = one.shift(q, freedom.velocity, freedom.acceleration)
             static = -m * (one.factor * solved + b) - one.kept * freedom.static
             freedom.velocity, freedom.acceleration = end.v.copy(), end.a.copy()
             freedom.static = static

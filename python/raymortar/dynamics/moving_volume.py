@@ -55,8 +55,8 @@ class MovingVolume:
 
     @property
     def kept(self) -> Any:
-        """Part of the tangent that is kept: this object, if it is linear."""
-        return self if self.is_linear else self.given.kept
+        """What is kept of a linear tangent: this object, else None."""
+        return self if self.is_linear else None
 
     @property
     def tangent(self) -> PETSc.Mat:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ..compat import Array
 from ..errors import ContactError, Options, is_real_number
@@ -21,6 +22,10 @@ class StepEquation:
     velocity: float
     acceleration: float
     kept: float
+
+    def shift(self, u: Array, v: Array, a: Array) -> Array:
+        """b, from displacements, velocities and accelerations of the last step."""
+        return self.position * u + self.velocity * v + self.acceleration * a
 
 
 @dataclass(frozen=True)
@@ -107,6 +112,10 @@ class Midpoint(Options):
     energy.
     """
 
+    # Of the error's estimate, and the share of forces that act where a step is solved
+    beta: ClassVar[float] = 0.25
+    gamma: ClassVar[float] = 1.0
+
     def check(self) -> None:
         """Nothing can be wrong."""
 
@@ -125,6 +134,24 @@ def velocity_in_step(
         return 2.0 / dt, 0.0 * v
     ratio = scheme.gamma / scheme.beta
     return ratio / dt, (1.0 - ratio) * v + dt * (1.0 - 0.5 * ratio) * a
+
+
+def end_of_step(
+    scheme: Newmark | Midpoint | GeneralizedAlpha,
+    dt: float,
+    begun: tuple[Array, Array, Array],
+    q: Array,
+) -> tuple[Array, Array, Array]:
+    """Find values, velocities and accelerations at the end of a step that is solved for
+    q, from those at its begin [theory (6.7), (6.9)]."""
+    old, v, a = begun
+    if isinstance(scheme, Midpoint):
+        end = 2.0 * q - old
+        new_v = 2.0 * (end - old) / dt - v
+        return end, new_v, (new_v - v) / dt
+    beta, gamma = scheme.beta, scheme.gamma
+    new_a = (q - old - dt * v) / (beta * dt**2) - (0.5 / beta - 1.0) * a
+    return q, v + dt * ((1.0 - gamma) * a + gamma * new_a), new_a
 
 
 SCHEMES = (Newmark, Midpoint, GeneralizedAlpha)

@@ -9,7 +9,7 @@ import numpy as np
 from ..compat import Array
 from ..rigid.body import Body
 from ..rigid.turning import rotation_matrix
-from .schemes import Midpoint, Scheme, velocity_in_step
+from .schemes import Midpoint, Scheme, end_of_step, velocity_in_step
 
 
 @dataclass(frozen=True)
@@ -88,8 +88,8 @@ class Spin:
             rate, start = velocity_in_step(scheme, dt, now.velocity, now.acceleration)
             kept = -factor * (now.momentum + (1.0 - gamma) * dt * now.rate)
             kept += (alpha_m * now.rate - alpha_f * now.moment) / (1.0 - alpha_f)
-        self._whole, self._factor, self._rate = whole, factor, rate
-        self._start, self._kept, self._J = start, kept, self.tensor()
+        self._whole, self._factor, self._kept = whole, factor, kept
+        self._J = self.tensor()
         cpp.set_spin(
             J=self._J, whole=whole, factor=factor, rate=rate, start=start, kept=kept
         )
@@ -105,13 +105,8 @@ class Spin:
         dt, scheme, now = self._dt, self._scheme, self.now
         theta = self._body.freedom.values[self._turns]
         turn = rotation_matrix(self._whole * theta)
-        velocity = self._rate * theta + self._start
-        if isinstance(scheme, Midpoint):
-            gamma, acceleration = 1.0, (velocity - now.velocity) / dt
-        else:
-            beta, gamma = scheme.beta, scheme.gamma
-            acceleration = (theta - dt * now.velocity) / (beta * dt**2)
-            acceleration -= (0.5 / beta - 1.0) * now.acceleration
+        begun, gamma = (0.0 * theta, now.velocity, now.acceleration), scheme.gamma
+        _, velocity, acceleration = end_of_step(scheme, dt, begun, theta)
         momentum = turn @ self._J @ velocity
         rate = (momentum - now.momentum) / (gamma * dt)
         rate -= (1.0 - gamma) / gamma * now.rate

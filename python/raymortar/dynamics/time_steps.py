@@ -76,8 +76,8 @@ class TimeSteps(LoadSteps):
     Parameters
     ----------
     solver
-        `NewtonSolver`, `SNESSolver` or `FixedPointSolver` of a problem whose form has
-        stresses and loads, without inertia.
+        `NewtonSolver` or `SNESSolver` of a problem whose form has stresses and loads,
+        without inertia.
     inertia
         `Inertia` of the problem's bodies.
     apply

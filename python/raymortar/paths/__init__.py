@@ -4,9 +4,11 @@
 - load_path, led_paths: paths that the load factor, a displacement or an arc leads,
   behind one interface
 - control: what a user chooses to lead a path
-- strategies: ways that are tried before a step is halved, also by shortened steps
+- strategies: ways that are tried before a step is halved
+- prediction: starts of steps, and the way that goes first
 - soft_stick: first tangents in which slip fronts run
 - stabilization: viscous forces that fade
 - energy_balance: balance that tells a path of equilibria from a jump
-- history, body_columns, output, progress: records of a path
+- history, patch_columns, output, progress: records of a path
+- checkpoint, tables: files from which a path goes on
 """

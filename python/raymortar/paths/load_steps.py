@@ -57,8 +57,8 @@ class LoadSteps:
     Parameters
     ----------
     solver
-        `NewtonSolver`, `SNESSolver` or `FixedPointSolver`, such as the
-        ``snes_solver`` of a `NonlinearProblem`.
+        `NewtonSolver` or `SNESSolver`, such as the ``snes_solver`` of a
+        `NonlinearProblem`.
     apply
         Function of the load factor that sets loads and prescribed displacements. It is
         called before each solve. If it takes two arguments, the second is the step's
@@ -371,8 +371,7 @@ def check_solver(solver: Any) -> None:
     problem = getattr(solver, "problem", None)
     if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
         raise ContactError(
-            "solver must be a NewtonSolver, SNESSolver or FixedPointSolver, not "
-            f"{described(solver)}"
+            f"solver must be a NewtonSolver or an SNESSolver, not {described(solver)}"
         )
 
 

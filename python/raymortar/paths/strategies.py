@@ -19,9 +19,8 @@ from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
 from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
-from .lessons import Lessons
 from .load_path import PrescribedPath
-from .prediction import Prediction
+from .prediction import Lessons, Prediction
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 

@@ -14,9 +14,8 @@ import numpy as np
 from .. import compat
 from ..errors import ContactWarning
 from ..problem import CoupledProblem
-from .elimination import BodiesPreconditioner, ContactPreconditioner
+from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
-from .lagged_factors import lagged_factors
 from .petsc_objects import DIRECT, InnerSolvers, attach, nested
 
 log = logging.getLogger("raymortar")
@@ -31,17 +30,11 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # docs/measured/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
 
-# Least and most unknowns, by dimension, for which lagged factors are faster than the
-# direct solver. The solvers above come first (docs/measured/solving.md)
-LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
-
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
 
-# Option of SNES, and tolerance of its first linear system. Those that follow are solved
-# as exactly as Newton's method needs them (`Forcing`): a third to a half of the Krylov
-# iterations go, and Newton iterations stay the same (docs/measured/linear_solvers.md)
-INEXACT = {"snes_inexact": 1e-4}
+# Tolerance of SNES's first linear system (docs/measured/linear_solvers.md)
+INEXACT = 1e-4
 
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
@@ -50,17 +43,6 @@ MOST_STALLS = 2
 _ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 
 _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
-
-_GAMG = {
-    "pc_type": "gamg",
-    # All entries: those that vanish in slip leave nodes without a neighbour
-    "pc_gamg_threshold": -1.0,
-    # A node without neighbours has fewer unknowns than there are rigid motions, so that
-    # diagonals of coarse levels vanish: PETSc's Jacobi accepts that, its SOR does not
-    "mg_levels_ksp_type": "chebyshev",
-    "mg_levels_ksp_max_it": 3,
-    "mg_levels_pc_type": "jacobi",
-}
 
 # For `BodiesPreconditioner`, whose relaxation depends on the number of ranks
 _BODIES = {
@@ -87,10 +69,10 @@ _BODIES = {
     "near_mat_mumps_icntl_14": 60,
 }
 
-MULTIGRIDS = ("gamg", "bodies")
-# Names that mean "bodies" until the next release: it takes at most a third of the time
-# that these took (docs/measured/linear_solvers.md)
-_REPLACED = ("gamg-bounded", "hypre")
+MULTIGRIDS = ("bodies",)
+# Names that mean "bodies" until the next release: it takes at most half of the time that
+# these took (docs/measured/linear_solvers.md)
+_REPLACED = ("gamg", "gamg-bounded", "hypre")
 
 
 def direct() -> dict[str, Any]:
@@ -98,7 +80,7 @@ def direct() -> dict[str, Any]:
     return dict(DIRECT)
 
 
-def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
+def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
     """PETSc options of an iterative linear solver, for `NewtonSolver` or `SNESSolver`.
 
     The tangent is [[K, B], [C, D]] over [u, multiplier / gamma]: unsymmetric, and D is
@@ -109,35 +91,61 @@ def iterative(multigrid: str = "gamg", **options: Any) -> dict[str, Any]:
     Parameters
     ----------
     multigrid
-        ``"gamg"`` (PETSc's own, smoothed aggregation) or ``"bodies"`` (levels of the
-        bodies without contact, and a direct solver for the unknowns near contact; the
-        best for degree 2).
+        ``"bodies"``: levels of the bodies without contact, and a direct solver for the
+        unknowns near contact.
     options
         Options to add or to replace, such as ``ksp_rtol=1e-6``.
 
     Returns
     -------
-    GMRES with `ContactPreconditioner`, whose multigrid has the prefix
-    ``displacement_``, or with `BodiesPreconditioner`.
+    GMRES with `BodiesPreconditioner`, whose multigrid has the prefix ``displacement_``.
     """
     if multigrid in _REPLACED:
-        warnings.warn(
-            f"iterative({multigrid!r}) is iterative('bodies'), which is three times as "
-            "fast: its name goes in the next release",
-            ContactWarning,
-            stacklevel=2,
-        )
-        multigrid = "bodies"
-    if multigrid not in MULTIGRIDS:
+        _warn_of_name(f"iterative({multigrid!r})", "iterative('bodies')")
+    elif multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
-    context: type[ContactPreconditioner] = BodiesPreconditioner
-    inner: Mapping[str, Any] = _BODIES
-    if multigrid == "gamg":
-        context = ContactPreconditioner
-        inner = {f"displacement_{name}": value for name, value in _GAMG.items()}
+    context = BodiesPreconditioner
     python_type = f"{context.__module__}.{context.__name__}"
     outer = {"pc_type": "python", "pc_python_type": python_type}
-    return {**_KRYLOV, **outer, **inner, **options}
+    return {**_KRYLOV, **outer, **_BODIES, **options}
+
+
+def inexact(first: float = INEXACT) -> dict[str, Any]:
+    """PETSc options of SNES, which solves systems as exactly as Newton's method needs.
+
+    Parameters
+    ----------
+    first
+        Tolerance of the first system, and the largest one. Those that follow are
+        Eisenstat's and Walker's. 0: all systems are solved to ``ksp_rtol``.
+    """
+    if not first > 0.0:
+        return {"snes_ksp_ew": False}
+    ends = {f"snes_ksp_ew_{name}": first for name in ("rtol0", "rtolmax")}
+    return {"snes_ksp_ew": True, **ends}
+
+
+def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
+    """PETSc options of the direct solver, with a warning.
+
+    Factors of an earlier tangent as GMRES's preconditioner made whole paths 1.0 to 1.3
+    times faster. The name goes in the next release.
+
+    Parameters
+    ----------
+    package
+        What factorises: ``"mumps"``, or another direct solver of PETSc's.
+    options
+        Left out.
+    """
+    _warn_of_name("lagged_factors()", "direct()")
+    return {**direct(), "pc_factor_mat_solver_type": package}
+
+
+def _warn_of_name(old: str, new: str) -> None:
+    """Warn of a name that stands for another one until the next release."""
+    text = f"{old} is {new}, which takes no longer: its name goes in the next release"
+    warnings.warn(text, ContactWarning, stacklevel=3)
 
 
 def with_fallback(**options: Any) -> dict[str, Any]:
@@ -190,13 +198,12 @@ def linear_options(
         return direct()
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
-    least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
     most_direct = np.inf
     if contact.unknowns.is_plain and dim == 3:
         most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
     if unknowns > most_direct:
-        options = {**(INEXACT if snes else {}), **with_fallback()}
+        options = {**(inexact() if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"
     elif (
         comm.size == 1
@@ -205,12 +212,6 @@ def linear_options(
         and problem.volume.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif least <= unknowns <= most:
-        # In small problems of 2D a solve with UMFPACK's factors takes a third of the
-        # time of MUMPS', which works on several ranks
-        alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
-        options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
-        name = "GMRES with lagged factors"
     if comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options

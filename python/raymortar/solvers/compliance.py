@@ -52,8 +52,8 @@ class Compliance:
         self._ksp = PETSc.KSP().create(K.comm)
         self._ksp.setOptionsPrefix(prefix)
         self._ksp.setOperators(K)
-        self.symmetric, pc = is_symmetric(K), self._ksp.getPC()
-        pc.setType("cholesky" if self.symmetric else "lu")
+        symmetric, pc = is_symmetric(K), self._ksp.getPC()
+        pc.setType("cholesky" if symmetric else "lu")
         self._ksp.setFromOptions()
         self._ksp.setUp()
         if pc.getFactorSolverType() != "mumps":
@@ -63,14 +63,14 @@ class Compliance:
             )
         self._factors = pc.getFactorMatrix()
         self.usable = self._factors.getMumpsInfog(1) >= 0
-        self.flops = self._factors.getMumpsRinfog(3) * (2.0 if self.symmetric else 1.0)
+        self.flops = self._factors.getMumpsRinfog(3) * (2.0 if symmetric else 1.0)
         entries = self._factors.getMumpsInfog(29)
         self.entries = entries if entries >= 0 else -1_000_000 * entries
         self._columns: dict[int, Array] = {}  # by place of the row
 
     @property
     def size(self) -> int:
-        """Number of rows on the surfaces, and of those that followed."""
+        """Number of rows on the surfaces."""
         return len(self.rows)
 
     @property
@@ -82,11 +82,10 @@ class Compliance:
         """Count the columns of some places that are not known."""
         return sum(place not in self._columns for place in at)
 
-    def solve(self, forces: Array, transposed: bool = False) -> Array:
+    def solve(self, forces: Array) -> Array:
         """Find displacements by forces on all unknowns of the forms, (n,)."""
         self._b.array[:] = forces
-        solve = self._ksp.solveTranspose if transposed else self._ksp.solve
-        solve(self._b, self._x)
+        self._ksp.solve(self._b, self._x)
         return self._x.array.copy()
 
     def displacements(self, forces: Array, at: Places) -> Array:
@@ -97,19 +96,6 @@ class Compliance:
             return self.solve(forces)[self.rows[at]]
         columns = np.reshape([c[at] for c in self._columns.values()], (-1, len(at)))
         return forces[known] @ columns
-
-    def follow(self, rows: Places) -> None:
-        """Take further rows, off the surfaces, after the others."""
-        units = np.zeros((len(rows), self._x.local_size))
-        units[np.arange(len(rows)), rows] = 1.0
-        of_rows = columns = np.array([self.solve(unit) for unit in units])
-        if not self.symmetric:
-            of_rows = np.array([self.solve(unit, transposed=True) for unit in units])
-        for place, column in self._columns.items():
-            self._columns[place] = np.append(column, of_rows[:, self.rows[place]])
-        new = range(self.size, self.size + len(rows))
-        self.rows = np.concatenate([self.rows, rows])
-        self._columns.update(zip(new, columns[:, self.rows]))
 
     def between(self, at: Places) -> Array:
         """Find displacements at places by unit forces at the same places, (n, n)."""

@@ -10,13 +10,18 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array, Mask
+from ..discretization.joined import Places
 from ..errors import ContactError
 from ..interface.probing import product
 from ..system.condensation import ELIMINATED, Eliminated, scale
-from .node_frames import NodeFrames
+from ..system.entries import block_diagonal, without_zeros
 from .petsc_objects import finished
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
+# Share of a multiplier that its row leaves to forces, below which the row determines the
+# displacement: 0 in closed contact, 1 in open contact, between them across the slip
+DETERMINED = 0.5
 
 
 class CondensedPreconditioner:
@@ -68,7 +73,8 @@ class CondensedPreconditioner:
         diagonal.array[determined] = diagonal.norm(PETSc.NormType.NORM_INFINITY)
         product_of_all.setDiagonal(diagonal)
         diagonal.destroy()
-        S = _without_zeros(product_of_all)
+        S = without_zeros(product_of_all)  # a third is room for other partners
+        product_of_all.destroy()
         S.setBlockSize(A.getBlockSize())
         has_hypre = PETSc.Sys.hasExternalPackage("hypre")
         self.bodies = finished(pc, "displacement_", S, "hypre" if has_hypre else "gamg")
@@ -86,7 +92,7 @@ class CondensedPreconditioner:
             return matrix
 
         def of_nodes(blocks: Array) -> PETSc.Mat:
-            return mine(_block_diagonal(blocks, A.comm))
+            return mine(block_diagonal([blocks], A.comm))
 
         nodal = mine(of.law.transpose(PETSc.Mat()))
         # The rows of nodes where no law is evaluated are their own
@@ -163,21 +169,6 @@ class CondensedPreconditioner:
         self.reset(pc)
 
 
-def _without_zeros(matrix: PETSc.Mat) -> PETSc.Mat:
-    """Take the entries that are not zero, off a matrix that is destroyed: of a tangent a
-    third is room for other partners."""
-    offsets, columns, values = matrix.getValuesCSR()
-    used = values != 0.0
-    counts = np.concatenate([[0], np.cumsum(used)])
-    found = PETSc.Mat().createAIJ(
-        matrix.getSizes(),
-        csr=(counts[offsets].astype(PETSc.IntType), columns[used], values[used]),
-        comm=matrix.comm,
-    )
-    matrix.destroy()
-    return found
-
-
 def _translated(A: PETSc.Mat, of: Eliminated, combine: PETSc.Mat) -> Array:
     """Derivatives of the rows of slave nodes by translations of the slave surface,
     (nodes, m, m). Collective."""
@@ -190,22 +181,6 @@ def _translated(A: PETSc.Mat, of: Eliminated, combine: PETSc.Mat) -> Array:
     return found * of.active[:, None, :]
 
 
-def _block_diagonal(blocks: Array, comm: PETSc.Comm) -> PETSc.Mat:
-    """Matrix with one block for each node of this rank."""
-    n, m, _ = blocks.shape
-    matrix = PETSc.Mat().create(comm)
-    matrix.setSizes(((n * m, None), (n * m, None)))
-    matrix.setType(PETSc.Mat.Type.AIJ)
-    matrix.setPreallocationNNZ((m, 0))
-    begin, _ = matrix.getOwnershipRange()
-    columns = begin + np.arange(n * m).reshape(n, 1, m)
-    columns = np.broadcast_to(columns, (n, m, m)).ravel().astype(PETSc.IntType)
-    offsets = np.arange(0, n * m * m + 1, m).astype(PETSc.IntType)
-    matrix.setValuesCSR(offsets, columns, blocks.ravel())
-    matrix.assemble()
-    return matrix
-
-
 def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     """Add to the diagonal of a matrix, where it may have no entries."""
     diagonal = PETSc.Mat().createAIJ(matrix.getSizes(), nnz=(1, 0), comm=matrix.comm)
@@ -216,3 +191,74 @@ def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     matrix.axpy(1.0, diagonal, _OTHER)
     found.destroy()
     diagonal.destroy()
+
+
+class NodeFrames:
+    """Splits the rows of slave nodes into those that determine displacements, and forces.
+
+    Attributes
+    ----------
+    axes
+        Orthonormal directions of the displacement, (nodes, m, m): row i is near the axis
+        i, so that multigrid may take component by component.
+    determined
+        Which of these the law determines, (nodes, m).
+    rows
+        Combinations of the node's rows for each direction, (nodes, m, m): of the law,
+        such that a translation answers with 1, or forces along it.
+    forces
+        Combinations that give the part of the multiplier which rows of forces tell.
+    """
+
+    def __init__(self, shares: Array, answers: Array) -> None:
+        """Take each node's derivatives of its rows, (nodes, m, m): by the forces on it,
+        and by a translation of the slave surface."""
+        n, m, _ = shares.shape
+        self.axes, self.rows, self.forces = (np.empty((n, m, m)) for _ in range(3))
+        self.determined = np.zeros((n, m), dtype=bool)
+        left, sizes, right = np.linalg.svd(shares)
+        count = (sizes < DETERMINED).sum(axis=1)
+        for k in range(m + 1):
+            at = np.flatnonzero(count == k)
+            self._take(at, m - k, left[at], sizes[at], right[at], answers[at])
+
+    def _take(
+        self,
+        at: Places,
+        f: int,
+        left: Array,
+        sizes: Array,
+        right: Array,
+        answers: Array,
+    ) -> None:
+        """Take nodes with f rows of forces."""
+        rows = _t(left)
+        law = rows[:, f:]
+        forces = _t(right[:, :f]) @ (rows[:, :f] / sizes[:, :f, None])
+        by_law = np.linalg.svd(law @ answers)[2]
+        k = law.shape[1]
+        order = np.argsort(-(by_law[:, :k] ** 2).sum(axis=1), axis=1, kind="stable")
+        axes = np.empty_like(left)
+        for own, place in (
+            (by_law[:, :k], order[:, :k]),
+            (by_law[:, k:], order[:, k:]),
+        ):
+            near = np.take_along_axis(_t(own), place[:, :, None], axis=1)
+            np.put_along_axis(axes, place[:, :, None], _rotation(near) @ own, axis=1)
+        found = axes @ forces
+        if k:
+            mine = np.take_along_axis(axes, order[:, :k, None], axis=1)
+            scaled = np.linalg.solve(law @ answers @ _t(mine), law)
+            np.put_along_axis(found, order[:, :k, None], scaled, axis=1)
+            self.determined[at[:, None], order[:, :k]] = True
+        self.axes[at], self.rows[at], self.forces[at] = axes, found, forces
+
+
+def _t(matrices: Array) -> Array:
+    return matrices.transpose(0, 2, 1)
+
+
+def _rotation(matrices: Array) -> Array:
+    """Find the orthogonal matrices that are nearest to some."""
+    left, _, right = np.linalg.svd(matrices)
+    return left @ right

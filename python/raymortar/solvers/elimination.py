@@ -1,4 +1,4 @@
-"""Preconditioners that eliminate the multipliers."""
+"""A preconditioner that eliminates the multipliers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from scipy import sparse
 
 from .. import compat
 from ..compat import Array
@@ -17,13 +16,9 @@ from ..discretization.ranks import marked_everywhere
 from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
-from .levels import BodiesLevels, near_nullspace, set_levels, sides
+from ..system.entries import block_diagonal, node_blocks
+from .levels import BodiesLevels, set_levels, sides
 from .petsc_objects import KnowsProblem, finished, inner_solver
-
-# Stiffness of the springs that stand for closed contact, over that of the volume at its
-# surface. With softer springs GMRES needs more iterations, with stiffer ones multigrid
-# does (docs/measured/linear_solvers.md)
-SPRINGS = 10.0
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
 # SPARE more: the bodies have changed then
@@ -34,33 +29,37 @@ WORN, SPARE = 1.5, 5
 LAYERS = 1
 
 
-class ContactPreconditioner(KnowsProblem):
-    """Eliminates the multipliers; multigrid for the displacement. A PETSc python PC.
+class BodiesPreconditioner(KnowsProblem):
+    """Solves near contact directly, and everywhere by multigrid. A PETSc python PC.
 
     The tangent is [[K, B], [C, D]]. With penalties alone it is K, and S = K below. With
-    a multiplier, D is zero where contact is closed. The preconditioner takes E in place
-    of D: the diagonal blocks of its nodes, less a multiple of the lumped mass matrix of
-    the slave surface. Then S = K - B E^-1 C is the stiffness with springs in closed
-    contact. It couples the bodies and has no zeros on its diagonal. If the springs are
-    about as stiff as the volume's surface (the modulus over the mesh size), multigrid
-    solves S as well as K. The error of E costs a number of iterations that does not
-    depend on the mesh size. Rows of free bodies are left to others.
+    a multiplier, D is zero where contact is closed.
+
+    1. A direct solver finds the displacement near contact, all multipliers, and the
+       motions of free rigid bodies. The rest of the error is smooth.
+    2. Multipliers are eliminated with E in place of D: the diagonal blocks of its nodes,
+       less a multiple of the lumped mass matrix of the slave surface. Multigrid then
+       solves S = K - B E^-1 C, the stiffness with springs in closed contact. It couples
+       the bodies and has no zeros on its diagonal. The springs are as stiff as the
+       volume's surface (the modulus over the mesh size), so that multigrid solves S as
+       well as K. The error of E costs a number of iterations that does not depend on
+       the mesh size.
+
+    The levels belong to the bodies without contact. They are kept until a solve takes
+    many more cycles than the first one, or until other dofs are prescribed.
 
     Attributes
     ----------
     solver
         KSP of S, with prefix ``displacement_`` after that of the outer one.
+    levels
+        `levels.BodiesLevels`, from the first set-up on.
     """
-
-    # Stiffness of the springs, in those of the volume at its surface
-    springs = SPRINGS
-    # Whether rows of free bodies may be among those of the tangent
-    takes_bodies = False
 
     def __init__(self) -> None:
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
-        self._near: PETSc.NullSpace | None = None
+        self.levels: Any = None
         # Factor of the lumped mass of each contact, from the first elimination on
         self._factors: list[float] = []
         # B, C and E^-1, and vectors for displacement and multipliers
@@ -69,6 +68,12 @@ class ContactPreconditioner(KnowsProblem):
         self._inverse: Any = None
         self._right: Any = None
         self._solution: Any = None
+        # The solver near contact, and its owned rows
+        self._near_contact: Any = None
+        self._near_rows: Places | None = None
+        self._coarse: list[PETSc.Mat] = []
+        # Cycles since the last set-up, and those after the levels were made
+        self._cycles = self._first = 0
 
     def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
         """Take what `attach` gives, before the first use."""
@@ -77,40 +82,50 @@ class ContactPreconditioner(KnowsProblem):
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
             )
-        if problem.contact.layout.bodies and not self.takes_bodies:
-            names = ", ".join(body.name for body in problem.contact.layout.bodies)
-            raise ContactError(
-                f"this iterative solver takes no rigid body that is free ({names}): "
-                'solvers.iterative("bodies") does, and the direct one'
-            )
         super().know(problem, row_scale)
 
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
         A, _ = pc.getOperators()
-        # A new solver each time: GAMG cannot change the sizes of its levels
         self.reset(pc)
         self.solver = inner_solver(pc, "displacement_")
         self.solver.setType("preonly")
-        self._renew(self.solver.getOptionsPrefix())
+        self._renew_levels(self.solver.getOptionsPrefix())
         S = self._eliminate(A)
         self.solver.setOperators(S)
-        self._prepare(S)
+        # Springs in place of multipliers are as stiff as the surface of the volume,
+        # penalties ten times as stiff
+        stiff = any(one.multiplier is None for one in self.contact.contacts)
+        self._coarse = set_levels(self.solver, self.levels, S, stiff)
         self.solver.setFromOptions()
         self.solver.setUp()
         self._right, self._solution = S.createVecs()
         S.destroy()  # the solver has it
+        self._set_near(pc)
+        self._cycles = 0
 
-    def _renew(self, prefix: str) -> None:
-        """Make what needs no S, while there is none in memory. Collective."""
+    def _set_near(self, pc: PETSc.PC) -> None:
+        """Factorise the tangent near contact. Collective."""
+        A, _ = pc.getOperators()
+        if self._near_rows is None:
+            self._near_rows = _rows_near_contact(self.contact)
+        at = (self._near_rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
+        rows = PETSc.IS().createGeneral(at, comm=A.comm)
+        self._near_contact = finished(pc, "near_", A.createSubMatrix(rows, rows))
 
-    def _prepare(self, S: PETSc.Mat) -> None:
-        """Give multigrid the rigid motions. Collective."""
-        if self._near is None:
-            self._near = near_nullspace(self.contact)
-        # S may be the tangent itself, with one of the user's
-        if not S.getNearNullSpace():
-            S.setNearNullSpace(self._near)
+    def _renew_levels(self, prefix: str) -> None:
+        """Make levels where there are none that serve, while no S is in memory.
+        Collective."""
+        if self._first == 0:
+            self._first = self._cycles
+        worn = self._cycles > WORN * self._first + SPARE
+        if self.levels is not None:
+            same = np.array_equal(self.levels.fixed, self.problem.constrained)
+            if self.contact.layout.comm.allreduce(int(worn or not same)):
+                self._destroy("levels")
+        if self.levels is None:
+            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
+            self._first = 0
 
     @property
     def _with_multiplier(self) -> list[Any]:
@@ -136,7 +151,7 @@ class ContactPreconditioner(KnowsProblem):
         if not self._factors:
             # The multiplier is divided by gamma, and so its equation is multiplied
             self._factors = [
-                contact.gamma_scale**2 / (self.springs * surface_stiffness(contact))
+                contact.gamma_scale**2 / surface_stiffness(contact)
                 for contact in contacts
             ]
         of_bodies = sum(len(body.freedom) for body in layout.own_bodies)
@@ -153,31 +168,39 @@ class ContactPreconditioner(KnowsProblem):
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
         """Make E^-1 of the nodes' blocks of D, which is destroyed, and the masses."""
-        offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
-        size, begin = D.getSizes()[0], D.getOwnershipRange()[0]
-        own = sparse.csr_matrix((values, columns, offsets), 2 * size[:1])
         scale = np.ones(self.contact.layout.size)
         if self.row_scale is not None:  # the factors of the rows, springs included
             scale = self.row_scale.array_r
         scale, first, parts = scale[self.contact.layout.n :], 0, []
         for contact, factor in zip(self._with_multiplier, self._factors):
             c, mass = contact.layout.components, factor * lumped_mass(contact)
-            n = len(mass)
-            at = first + np.arange(c * n).reshape(n, c)
-            rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
-            blocks = np.array(own[rows.ravel(), others.ravel()]).reshape(n, c, c)
-            blocks -= (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
-            diagonal = np.linalg.inv(blocks), np.arange(n), np.arange(n + 1)
-            parts.append(sparse.bsr_matrix(diagonal, (c * n, c * n)))
-            first += c * n
-        E = sparse.block_diag(parts, "csr")
-        csr = tuple(a.astype(PETSc.IntType) for a in (E.indptr, E.indices + begin))
-        inverse = PETSc.Mat().createAIJ((size, size), csr=(*csr, E.data), comm=D.comm)
-        inverse.assemble()
+            at = first + np.arange(c * len(mass)).reshape(-1, c)
+            springs = (scale[at] * mass[:, None])[:, :, None] * np.eye(c)
+            parts.append(np.linalg.inv(node_blocks(D, at) - springs))
+            first += at.size
+        inverse = block_diagonal(parts, D.comm)
         D.destroy()
         return inverse
 
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        """Solve near contact first, then everywhere. Collective."""
+        A, _ = pc.getOperators()
+        part, _ = self._near_contact.getOperators()
+        self._cycles += 1
+        rest, further = x.duplicate(), x.duplicate()
+        near, right = part.createVecs()
+        right.array[:] = x.array_r[self._near_rows]
+        self._near_contact.solve(right, near)
+        y.set(0.0)
+        y.array[self._near_rows] = near.array_r
+        A.mult(y, rest)
+        rest.aypx(-1.0, x)
+        self._cycle(rest, further)
+        y.axpy(1.0, further)
+        for vector in (rest, further, near, right):
+            vector.destroy()
+
+    def _cycle(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Eliminate, solve and substitute; 0 for free bodies. Collective."""
         n, right, u = self.contact.layout.n, self._right, self._solution
         right.array[:] = x.array_r[:n]
@@ -202,93 +225,6 @@ class ContactPreconditioner(KnowsProblem):
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the operators, as the next ones may have another pattern. Collective."""
         self._destroy("solver", "_B", "_C", "_inverse", "_right", "_solution")
-
-    def destroy(self, pc: PETSc.PC) -> None:
-        """Free all, as PETSc asks at the end. Collective."""
-        self.reset(pc)
-        self._destroy("_near")
-
-
-class BodiesPreconditioner(ContactPreconditioner):
-    """Solves near contact directly, and everywhere by multigrid. A PETSc python PC.
-
-    1. A direct solver finds the displacement near contact, all multipliers, and the
-       motions of free rigid bodies. The rest of the error is smooth.
-    2. `ContactPreconditioner` eliminates the multipliers. Springs as stiff as the
-       volume's surface stand for closed contact, which multigrid solves well.
-
-    The levels belong to the bodies without contact. They are kept until a solve takes
-    many more cycles than the first one, or until other dofs are prescribed.
-
-    Attributes
-    ----------
-    levels
-        `levels.BodiesLevels`, from the first set-up on.
-    """
-
-    springs = 1.0
-    takes_bodies = True
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.levels: Any = None
-        # The solver near contact, and its owned rows
-        self._near_contact: Any = None
-        self._near_rows: Places | None = None
-        self._coarse: list[PETSc.Mat] = []
-        # Cycles since the last set-up, and those after the levels were made
-        self._cycles = self._first = 0
-
-    def setUp(self, pc: PETSc.PC) -> None:
-        """Take the blocks of the tangent anew. Collective."""
-        super().setUp(pc)
-        A, _ = pc.getOperators()
-        if self._near_rows is None:
-            self._near_rows = _rows_near_contact(self.contact)
-        at = (self._near_rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
-        rows = PETSc.IS().createGeneral(at, comm=A.comm)
-        self._near_contact = finished(pc, "near_", A.createSubMatrix(rows, rows))
-        self._cycles = 0
-
-    def _renew(self, prefix: str) -> None:
-        if self._first == 0:
-            self._first = self._cycles
-        worn = self._cycles > WORN * self._first + SPARE
-        if self.levels is not None:
-            same = np.array_equal(self.levels.fixed, self.problem.constrained)
-            if self.contact.layout.comm.allreduce(int(worn or not same)):
-                self._destroy("levels")
-        if self.levels is None:
-            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
-            self._first = 0
-
-    def _prepare(self, S: PETSc.Mat) -> None:
-        # Springs in place of multipliers are as stiff as the surface of the volume,
-        # penalties ten times as stiff
-        stiff = any(one.multiplier is None for one in self.contact.contacts)
-        self._coarse = set_levels(self.solver, self.levels, S, stiff)
-
-    def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        """Solve near contact first, then everywhere. Collective."""
-        A, _ = pc.getOperators()
-        part, _ = self._near_contact.getOperators()
-        self._cycles += 1
-        rest, further = x.duplicate(), x.duplicate()
-        near, right = part.createVecs()
-        right.array[:] = x.array_r[self._near_rows]
-        self._near_contact.solve(right, near)
-        y.set(0.0)
-        y.array[self._near_rows] = near.array_r
-        A.mult(y, rest)
-        rest.aypx(-1.0, x)
-        super().apply(pc, rest, further)
-        y.axpy(1.0, further)
-        for vector in (rest, further, near, right):
-            vector.destroy()
-
-    def reset(self, pc: PETSc.PC) -> None:
-        """Forget the operators, as the next ones may have another pattern. Collective."""
-        super().reset(pc)
         self._destroy("_near_contact")
         for matrix in self._coarse:
             matrix.destroy()
@@ -296,8 +232,12 @@ class BodiesPreconditioner(ContactPreconditioner):
 
     def destroy(self, pc: PETSc.PC) -> None:
         """Free all, as PETSc asks at the end. Collective."""
-        super().destroy(pc)
+        self.reset(pc)
         self._destroy("levels")
+
+
+# Its name until the next release
+ContactPreconditioner = BodiesPreconditioner
 
 
 def lumped_mass(contact: Any) -> Array:

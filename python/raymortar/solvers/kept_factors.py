@@ -26,10 +26,6 @@ LASTING = 4
 # After so many systems that were not solved exactly, a stiffness is given up
 MOST_INEXACT = 2
 
-# Dofs off the surfaces of contact that a tangent may have a spring at, and share of
-# the stiffness there that is rounding error
-MOST_FOLLOWED, NOTHING = 8, 1e-13
-
 # Operations of a factorisation that take the time of one number in the factors, in a
 # solve and for a column, and that of one number in a product with columns (measured)
 SOLVE, COLUMN, PRODUCT = 45.0, 2.0, 8.0
@@ -74,8 +70,9 @@ class KeptFactorsSolver(InnerSolvers):
     Attributes
     ----------
     systems, exceptions
-        How many systems were solved with kept factors, and how many otherwise. Paths
-        whose load factor is led solve three with each tangent.
+        How many systems were solved with kept factors, and how many otherwise. On paths
+        whose load factor is led tangents have a spring: where it is off the surfaces of
+        contact the direct solver takes over.
     factorisations
         How often the stiffness was factorised.
     direct
@@ -119,7 +116,7 @@ class KeptFactorsSolver(InnerSolvers):
         prefix = ksp.getOptionsPrefix() or ""
         if not self._compliance:
             self._factorise(f"{prefix}kept_")
-        if not (self._compliance.usable and self._follow(A)):
+        if not self._compliance.usable:
             return
         coupling = self._coupling(A)
         if self._pays(coupling, PETSc.Options(prefix).getReal("kept_most", np.inf)):
@@ -180,7 +177,10 @@ class KeptFactorsSolver(InnerSolvers):
         unknowns.destroy()
         rows = layout.u_rows.ravel()[dofs]
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
-        self._select()
+        near = np.concatenate([rows, np.arange(layout.n, layout.size)])
+        near = near.astype(PETSc.IntType)
+        self._near = PETSc.IS().createGeneral(near, comm=PETSc.COMM_SELF)
+        self._stiffness = self._near_part(self._tangent)
         self.factorisations += 1
 
     @property
@@ -188,37 +188,12 @@ class KeptFactorsSolver(InnerSolvers):
         """The tangent of the bodies without contact."""
         return self.problem.volume.kept.tangent
 
-    def _select(self) -> None:
-        """Select the rows that the tangent may add entries to, and their stiffness."""
-        layout = self.contact.layout
-        near = np.concatenate([self._compliance.rows, np.arange(layout.n, layout.size)])
-        self._destroy("_near")
-        near = near.astype(PETSc.IntType)
-        self._near = PETSc.IS().createGeneral(near, comm=PETSc.COMM_SELF)
-        self._stiffness = self._near_part(self._tangent)
-
     def _near_part(self, A: PETSc.Mat) -> Any:
         """Take the entries of a matrix that the tangent may add to, as a SciPy matrix."""
         part = A.createSubMatrix(self._near, self._near)
         offsets, columns, values = part.getValuesCSR()
         part.destroy()
         return sparse.csr_matrix((values, columns, offsets), 2 * (len(offsets) - 1,))
-
-    def _follow(self, A: PETSc.Mat) -> bool:
-        """Follow the dofs off the surfaces that a spring holds, as on paths whose load
-        factor is led; whether these are few."""
-        held, plain = A.getDiagonal(), self._tangent.getDiagonal()
-        if self.row_scale is not None:
-            plain.pointwiseMult(plain, self.row_scale)
-        added = np.abs(held.array_r - plain.array_r) > NOTHING * np.abs(plain.array_r)
-        rows = np.flatnonzero(added[: self.contact.layout.n])
-        rows = np.setdiff1d(rows, self._compliance.rows)
-        held.destroy()
-        plain.destroy()
-        if 0 < len(rows) <= MOST_FOLLOWED:
-            self._compliance.follow(rows)
-            self._select()
-        return len(rows) <= MOST_FOLLOWED
 
     def _coupling(self, A: PETSc.Mat) -> Coupling:
         """Find what contact adds to the stiffness."""

@@ -12,7 +12,7 @@ import numpy as np
 from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from .automatic import linear_options
+from .automatic import inexact, linear_options
 from .petsc_objects import new_prefix, take_tangent
 from .solver import MAX_IT, CoupledSolver
 
@@ -20,35 +20,6 @@ STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
 SCALE = "raymortar_row_scale"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
-
-# Residual of a linear system, over the one that the Newton iteration leaves in any case
-SHARE = 0.1
-
-
-class Forcing:
-    """Relative tolerances of linear systems that add no Newton iteration.
-
-    Let e be the residual over the one that ends the solve. Where Newton's method is
-    quadratic, an iteration that took it from e_last to e is followed by one that leaves
-    e (e / e_last)^2; and less than 1 is never needed. A linear system may leave a tenth
-    of the larger one. Where Newton's method is not quadratic, because the active set
-    changes, it leaves more, and the tolerance is on the safe side.
-
-    `first` is the tolerance of the first system and the largest one, `least` the
-    smallest one.
-    """
-
-    def __init__(self, first: float, least: float) -> None:
-        self.first, self.least = first, least
-        self._last = 0.0
-
-    def tolerance(self, iteration: int, excess: float) -> float:
-        """Find the tolerance of the next system from e after a Newton iteration."""
-        last, self._last = self._last, excess
-        if iteration == 0 or not 0.0 < excess < last:
-            return self.first
-        left = max((excess / last) ** 2, 1.0 / excess)
-        return max(self.least, min(self.first, SHARE * left))
 
 
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
@@ -79,14 +50,11 @@ def _convergence_test(
     It compares forces with forces. PETSc's own test compares the norm of all rows with
     that of the first iterate, which lacks the forces that a body meets on its way. If
     the user sets a divergence tolerance, it is relative to the first residual above
-    rounding error. Where systems are solved inexactly, it tells the linear solver how
-    exactly the next one is needed.
+    rounding error.
     """
     reasons = PETSc.SNES.ConvergedReason
     options = PETSc.Options(snes.getOptionsPrefix())
     divergence = options.getReal("snes_divergence_tolerance", -1.0)
-    first = options.getReal("snes_inexact", 0.0)
-    forcing = Forcing(first, snes.ksp.getTolerances()[0]) if first > 0.0 else None
 
     def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
         size, step, norm = norms
@@ -107,9 +75,6 @@ def _convergence_test(
             return reasons.CONVERGED_SNORM_RELATIVE
         if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
             return reasons.DIVERGED_FUNCTION_COUNT
-        if forcing is not None:
-            excess = convergence.excess(rtol, atol)
-            snes.ksp.setTolerances(rtol=forcing.tolerance(iteration, excess))
         return reasons.CONVERGED_ITERATING
 
     return test
@@ -165,6 +130,8 @@ class SNESSolver(CoupledSolver):
         self._raised: list[Exception] = []
         self._set_callbacks()
         prefix = new_prefix("snes") if prefix is None else prefix
+        if options is not None and "snes_inexact" in options:
+            options = {**options, **inexact(float(options["snes_inexact"]))}
         linear = linear_options(problem, options, prefix, snes=True)
         given = {**_defaults(problem, self._floor), **linear, **(options or {})}
         self._configure(self.snes, prefix, given)

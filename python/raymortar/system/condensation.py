@@ -9,7 +9,6 @@ from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
-from scipy import sparse
 
 from ..compat import Array, Mask
 from ..discretization.layout import Layout
@@ -19,6 +18,7 @@ from ..errors import SetUpError, raise_everywhere
 from ..interface.probing import product
 from ..interface.zone_data import ZoneData
 from .coupled import CoupledSystem
+from .entries import node_blocks
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
@@ -292,16 +292,9 @@ class Condensation:
             spread = forces.matMult(self._extends)
         scale(spread, self._keeps, self._by_force)
         m = self._system.parts[0].layout.components
-        offsets, columns, values = law.getDiagonalBlock().getValuesCSR()
-        own = sparse.csr_matrix((values, columns, offsets), (self._count,) * 2)
         at = np.arange(self._count).reshape(-1, m)
-        rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
-        shares = np.zeros(rows.shape)
-        if at.size:  # SciPy gives no array for no entries
-            shares[:] = np.asarray(own[rows.ravel(), others.ravel()]).reshape(
-                rows.shape
-            )
-        shares *= self._by_law[rows] * self._by_force[others]
+        shares = node_blocks(law, at) * self._by_law[at][:, :, None]
+        shares *= self._by_force[at][:, None, :]
         active = self._found.reshape(-1, m)
         shares[~active[:, :, None] & np.eye(m, dtype=bool)] = 1.0
         return Eliminated(self.tests, self._law, spread, shares, active)

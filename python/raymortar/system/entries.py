@@ -1,4 +1,4 @@
-"""Entries of PETSc matrices as rows, columns and values, in any order."""
+"""Entries of PETSc matrices as rows, columns and values."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
-from scipy.sparse import coo_array
+from scipy.sparse import block_diag, bsr_matrix, coo_array, csr_matrix
 
 from ..compat import Array
+from ..discretization.joined import Places
 from ..discretization.layout import CoupledRows
 
 Entries = tuple[Any, Any, Array]
@@ -64,3 +65,59 @@ def in_own_rows(
     A = PETSc.Mat().createAIJ(((layout.size, None),) * 2, csr=csr, comm=layout.comm)
     A.assemble()
     return A
+
+
+def without_zeros(K: PETSc.Mat) -> PETSc.Mat:
+    """Copy the entries of a matrix that are not zero."""
+    offsets, columns, values = K.getValuesCSR()
+    found = values != 0.0
+    before = np.concatenate([[0], np.cumsum(found)])
+    rows = before[offsets].astype(PETSc.IntType), columns[found], values[found]
+    A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
+    A.assemble()
+    return A
+
+
+def node_blocks(D: PETSc.Mat, at: Places) -> Array:
+    """Take the entries of each node's own rows (nodes, m) in a matrix, (nodes, m, m),
+    numbered from this rank's first row."""
+    offsets, columns, values = D.getDiagonalBlock().getValuesCSR()
+    own = csr_matrix((values, columns, offsets), (len(offsets) - 1,) * 2)
+    rows, others = np.broadcast_arrays(at[:, :, None], at[:, None, :])
+    found = np.zeros(rows.shape)
+    if at.size:  # SciPy gives no array for no entries
+        found[:] = np.asarray(own[rows.ravel(), others.ravel()]).reshape(rows.shape)
+    return found
+
+
+def block_diagonal(parts: Sequence[Array], comm: PETSc.Comm) -> PETSc.Mat:
+    """Make a matrix of one block for each node of this rank, from one or several arrays
+    (nodes, m, m). Collective."""
+    each = []
+    for blocks in parts:
+        n, m, _ = blocks.shape
+        diagonal = blocks, np.arange(n), np.arange(n + 1)
+        each.append(bsr_matrix(diagonal, (n * m, n * m)))
+    own = block_diag(each, "csr")
+    size = own.shape[0]
+    begin = comm.tompi4py().scan(size) - size
+    csr = tuple(a.astype(PETSc.IntType) for a in (own.indptr, own.indices + begin))
+    matrix = PETSc.Mat().createAIJ(((size, None),) * 2, csr=(*csr, own.data), comm=comm)
+    matrix.assemble()
+    return matrix
+
+
+def values_at(vector: PETSc.Vec, rows: Any) -> Array:
+    """Fetch a vector's blocks at rows, or blocks of rows, of any rank, (n, block size).
+    Collective."""
+    width = vector.getBlockSize()
+    wanted, back = np.unique(rows, return_inverse=True)
+    wanted = wanted.astype(PETSc.IntType)
+    at = PETSc.IS().createBlock(width, wanted, comm=PETSc.COMM_SELF)
+    here = PETSc.Vec().createSeq(width * len(wanted), bsize=width, comm=PETSc.COMM_SELF)
+    scatter = PETSc.Scatter().create(vector, at, here, None)
+    scatter.scatter(vector, here)
+    found: Array = here.array_r.reshape(-1, width)[back.ravel()].copy()
+    for thing in (scatter, here, at):
+        thing.destroy()
+    return found

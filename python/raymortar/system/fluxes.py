@@ -15,7 +15,7 @@ from ..compat import Array
 from ..convergence.balance import Groups
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Lacking
-from .entries import add_entries, joined
+from .entries import add_entries, joined, values_at
 from .field_tie import TiePart
 from .flux_part import FluxPart
 from .tool_part import ToolPart
@@ -138,19 +138,11 @@ class FluxTerms:
         full[: layout.n] = owned
         if layout.comm.size == 1:
             return full[rows]
-        wanted, inverse = np.unique(rows, return_inverse=True)
         source = layout.create_vector()
         source.setArray(full)
-        index = PETSc.IS().createGeneral(
-            wanted.astype(PETSc.IntType), comm=PETSc.COMM_SELF
-        )
-        target = PETSc.Vec().createSeq(len(wanted), comm=PETSc.COMM_SELF)
-        scatter = PETSc.Scatter().create(source, index, target, None)
-        scatter.scatter(source, target)
-        values: Array = target.getArray().copy()[inverse]
-        for thing in (scatter, target, index, source):
-            thing.destroy()
-        return values
+        found = values_at(source, rows).ravel()
+        source.destroy()
+        return found
 
 
 def own_functions(parts: Sequence[Part]) -> list[Any]:

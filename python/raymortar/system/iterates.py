@@ -125,7 +125,7 @@ class CoupledIterates:
             for reference in part.surfaces.references:
                 raise_everywhere(self._comm, reference.fault(), SetUpError)
 
-    def take(self, x: PETSc.Vec, anew: bool, rays_only: bool) -> bool:
+    def take(self, x: PETSc.Vec, anew: bool) -> bool:
         """Take over an iterate: unknowns, pairing, integration. Collective.
 
         Returns
@@ -143,7 +143,7 @@ class CoupledIterates:
             self.unknowns.pull()
         if not (self.unknowns.is_plain and cpp.is_finite()):
             self._require_finite()
-        self._pair(cpp, rays_only)
+        self._pair(cpp, False)
         return True
 
     @property

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import chain
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from .. import _cpp, compat
+from .. import compat
 from ..compat import Array, Mask
-from .split import Inputs, Updated, has_cells, split, tangents
-
-_SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
-_PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+from ..discretization.unknowns import Unknowns
+from ..errors import together
+from .kept import Kept, inputs_if_linear
 
 
 class Forms:
@@ -80,120 +79,37 @@ class Forms:
             compat.assemble_jacobian(A, self._a, bcs)
 
 
-class Kept:
-    """The residual K u + l of linear forms, and K, made once. Collective.
+class Updated:
+    """Calls the user's function once for each state of the unknowns. Collective."""
 
-    K is kept in two parts. The first has the entries between free unknowns, and ones on
-    the diagonal for prescribed unknowns: this part goes into the coupled tangent. The
-    second has the other entries, in rows or columns of prescribed unknowns.
+    def __init__(self, unknowns: Unknowns, function: Callable[[], object]) -> None:
+        self._unknowns, self._function = unknowns, function
+        # Unknowns of the last call; None: it has to be called again
+        self._last: Array | None = None
+        self._is_new = False
 
-    Attributes
-    ----------
-    revision
-        Number of tangents so far.
-    tangent
-        K between free unknowns, and ones for the others, after `renew`.
-    """
+    def bring(self) -> None:
+        """Call the function if the unknowns have changed since its last call."""
+        comm, now = self._unknowns.comm, self._unknowns.values()
+        changed = self._last is None or not np.array_equal(self._last, now)
+        if not comm.allreduce(changed, op=MPI.LOR):
+            return
+        self._last = None
+        with together(comm):
+            self._function()
+        self._last, self._is_new = now, True
 
-    def __init__(
-        self,
-        contact: Any,
-        forms: Forms,
-        pattern: Any,
-        of_residual: Inputs,
-        of_tangent: Inputs,
-        is_whole: bool,
-    ) -> None:
-        self._contact, self._comm = contact, contact.layout.comm
-        self._forms, self._pattern, self._is_whole = forms, pattern, is_whole
-        self._of_residual, self._of_tangent = of_residual, of_tangent
-        self._fixed: Mask = np.zeros(0, dtype=bool)
-        self._at: tuple[Any, ...] = ()
-        self._constant: Array = np.zeros(0)
-        self.tangent: PETSc.Mat | None = None
-        self._others: PETSc.Mat | None = None
-        self._x: Any = None
-        self._y: Any = None
-        self.revision = 0
+    def bring_for_residual(self) -> None:
+        """As `bring`, and again where a residual has been assembled before: only a new
+        solve asks for it at the same unknowns, and loads may have changed."""
+        if not self._is_new:
+            self._last = None
+        self.bring()
+        self._is_new = False
 
-    def renew(self, fixed: Mask) -> None:
-        """Make anew what has changed, given which owned unknowns are prescribed."""
-        layout = self._contact.layout
-        at = layout.n, layout.begin, layout.size
-        anew = self._of_tangent.have_changed() or at != self._at
-        anew = anew or not np.array_equal(fixed, self._fixed)
-        changed = np.array([anew, self._of_residual.have_changed() or anew], dtype=int)
-        anew, forces_too = self._comm.allreduce(changed)
-        if anew:
-            self._fixed, self._at = fixed.copy(), at
-            self._assemble()
-        if forces_too:
-            self._constant = self._at_rest()
-
-    def _assemble(self) -> None:
-        """Assemble K, and divide it into its two parts."""
-        for thing in (self.tangent, self._others, self._x, self._y):
-            if thing is not None:
-                thing.destroy()
-        self.revision += 1
-        K = self._contact.layout.create_matrix()
-        _cpp.preallocate(K.handle, self._pattern.offsets, self._pattern.columns, [], [])
-        self._forms.add_tangent(K, (), np.zeros(0, dtype=bool))
-        K.assemble()
-        free = K.copy()
-        fixed = self._contact.layout.begin + np.flatnonzero(self._fixed)
-        free.zeroRowsColumns(fixed.astype(PETSc.IntType), diag=0.0)
-        K.axpy(-1.0, free, _SAME)
-        self._others = without_zeros(K)
-        K.destroy()
-        diagonal = free.getDiagonal()
-        diagonal.array[: len(self._fixed)][self._fixed] = 1.0
-        free.setDiagonal(diagonal)
-        diagonal.destroy()
-        self.tangent = free if self._is_whole else without_zeros(free)
-        if not self._is_whole:
-            free.destroy()
-        self._x, self._y = self.tangent.createVecs()
-
-    def _at_rest(self) -> Array:
-        """Assemble the residual where all unknowns are zero.
-
-        At a present iterate it would depend on the order of calls.
-        """
-        functions = self._contact.unknowns.functions
-        kept = [f.x.array.copy() for f in functions]
-        try:
-            for f in functions:
-                f.x.array[:] = 0.0
-            return self._forms.residual()
-        finally:
-            for f, values in zip(functions, kept):
-                f.x.array[:] = values
-
-    def forces(self, values: Array) -> Array:
-        """Residual of the owned unknowns at their values."""
-        assert self.tangent is not None and self._others is not None
-        x, y, n = self._x, self._y, len(values)
-        x.array[:n] = np.where(self._fixed, 0.0, values)
-        self.tangent.mult(x, y)
-        x.array[:n] = values
-        self._others.multAdd(x, y, y)
-        return y.array_r[:n] + self._constant
-
-    def add_tangent(self, A: PETSc.Mat) -> None:
-        """Add K between free unknowns, and ones for the others."""
-        A.axpy(1.0, self.tangent, _PART)
-
-
-def without_zeros(K: PETSc.Mat) -> PETSc.Mat:
-    """Copy the entries of a matrix that are not zero."""
-    offsets, columns, values = K.getValuesCSR()
-    found = values != 0.0
-    before = np.concatenate([[0], np.cumsum(found)])
-    rows = before[offsets].astype(PETSc.IntType), columns[found], values[found]
-    A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
-    A.assemble()
-    return A
+    def forget(self) -> None:
+        """Call the function next time though the unknowns stay the same."""
+        self._last = None
 
 
 class Volume:
@@ -206,13 +122,11 @@ class Volume:
     L, a
         Compiled residual and tangent, as lists where there are several unknowns.
     forms
-        The residual in UFL, if the tangent is its derivative: of integrals whose
-        derivative does not depend on the unknowns the tangent is assembled once, and
-        the residual is a product with it. Else None.
+        The residual in UFL, if the tangent is its derivative: where that does not depend
+        on the unknowns, it is assembled once, and the residual is a product with it.
+        Else None.
     pattern
         Of the tangent, where it may be kept.
-    compiled
-        Compiles forms, or lists of them.
     updated
         What the user's function has set of the forms' coefficients. Then nothing of the
         forms is kept: their derivatives do not show how coefficients change.
@@ -220,8 +134,7 @@ class Volume:
     Attributes
     ----------
     kept
-        What is kept, of all integrals or of some, as of the last residual or tangent.
-        None: nothing.
+        What is kept of linear forms, as of the last residual or tangent. None: nothing.
     inertia_terms
         None: forms alone have no inertia, see `dynamics.MovingVolume`.
     """
@@ -235,46 +148,23 @@ class Volume:
         a: Any,
         forms: Any = None,
         pattern: Any = None,
-        compiled: Callable[[Any], Any] = compat.form,
         updated: Updated | None = None,
     ) -> None:
         self.contact, self.L, self.a = contact, L, a
         self.updated = updated
         self.has_several = isinstance(L, list)
         self.kept: Kept | None = None
-        # Forms that are assembled each time
-        self._rest: Forms | None = Forms(contact, L, a)
+        self._forms = Forms(contact, L, a)
         if forms is not None and updated is None:
-            self._keep(forms, pattern, compiled)
-
-    def _keep(self, forms: Any, pattern: Any, compiled: Callable[[Any], Any]) -> None:
-        """Keep what pays: a matrix of facets is not worth its addition."""
-        functions = self.contact.unknowns.functions
-        linear, rest = split(forms if self.has_several else [forms], functions)
-        is_whole, table = not any(rest), tangents(linear, functions)
-        if not (is_whole or has_cells(table)):
-            return
-        whole, self._rest = self._rest, None
-        if not is_whole:
-            whole = self._part(linear, table, compiled)
-            self._rest = self._part(rest, tangents(rest, functions), compiled)
-        assert whole is not None
-        of_residual = Inputs(linear, functions)
-        of_tangent = Inputs(chain(*table), functions)
-        self.kept = Kept(
-            self.contact, whole, pattern, of_residual, of_tangent, is_whole
-        )
-
-    def _part(self, forms: Any, table: Any, compiled: Callable[[Any], Any]) -> Forms:
-        """Compile a part of the forms."""
-        if not self.has_several:
-            (forms,), ((table,),) = forms, table
-        return Forms(self.contact, compiled(forms), compiled(table))
+            forms = forms if self.has_several else [forms]
+            inputs = inputs_if_linear(forms, contact.unknowns.functions)
+            if inputs is not None:
+                self.kept = Kept(contact, self._forms, pattern, *inputs)
 
     @property
     def is_linear(self) -> bool:
-        """Whether all of the tangent is kept."""
-        return self._rest is None
+        """Whether the tangent is kept."""
+        return self.kept is not None
 
     def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
         """Replace the forms in the displacement's test function by L and a."""
@@ -295,26 +185,21 @@ class Volume:
         if self.updated is not None:
             self.updated.bring()
         if self.kept is None:
-            assert self._rest is not None
-            return self._rest.residual(bcs, increment)
+            return self._forms.residual(bcs, increment)
         unknowns = self.contact.unknowns
         self.kept.renew(unknowns.owned_prescribed(bcs))
         values = unknowns.owned_values()
         if increment is not None:
             values += unknowns.owned_part(increment)
-        found = self.kept.forces(values)
-        if self._rest is not None:
-            found += self._rest.residual(bcs, increment)
-        return found
+        return self.kept.forces(values)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the tangent, with ones for constrained unknowns. Collective."""
         if self.updated is not None:
             self.updated.bring()
         fixed = self.contact.unknowns.owned_prescribed(bcs)
-        if self.kept is not None:
+        if self.kept is None:
+            self._forms.add_tangent(A, bcs, fixed)
+        else:
             self.kept.renew(fixed)
             self.kept.add_tangent(A)
-        if self._rest is not None:
-            # Sets the ones anew: none is there twice
-            self._rest.add_tangent(A, bcs, fixed)

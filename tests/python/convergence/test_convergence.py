@@ -9,14 +9,7 @@ from load_paths import blocks, top_moves
 from problems import COMM, DIMENSION, SOLVERS, build, fix, stack, worst
 
 from meshes.scenes import two_blocks
-from raymortar import (
-    ConvergenceError,
-    Coulomb,
-    FixedPointSolver,
-    NewtonSolver,
-    Penalty,
-    SNESSolver,
-)
+from raymortar import ConvergenceError, Coulomb, NewtonSolver, Penalty, SNESSolver
 
 # Lengths 1e-9 to 1e6, moduli 1e-6 to 1e12
 UNITS = [(1.0, 2e11), (1e-3, 1e6), (1e-9, 1e12), (1e-9, 1e-6), (1e6, 1e-6), (1e6, 1e12)]
@@ -217,13 +210,10 @@ def test_a_soft_body_is_solved_beside_a_stiff_one(cell, soft, swap, solver):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("ratio", [1e3, 1e9])
-@pytest.mark.parametrize("solver", [*SOLVERS, "fixed point"])
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_a_soft_body_that_deforms_much_is_solved_too(solver, ratio):
     problem = pressed("triangle", ratio, "lower", False, "neo-hookean")
-    if solver == "fixed point":
-        FixedPointSolver(SOLVERS[0](problem.problem)).solve()
-    else:
-        problem.solve(solver)
+    problem.solve(solver)
     contact, support = forces(problem, "lower")
     assert abs(contact - support) <= 1e-9 * support
 

@@ -12,7 +12,6 @@ from raymortar import (
     ContactError,
     ContactWarning,
     DisplacementControl,
-    FixedPointSolver,
     LoadSteps,
     compat,
 )
@@ -73,6 +72,3 @@ def test_control_excludes_what_it_cannot_be_with():
         LoadSteps(*arguments, control=control, stabilize=True)
     with pytest.raises(ContactError, match="two ends"):
         LoadSteps(*arguments, control=control, path=(1.0, 1.0))
-    solver = FixedPointSolver(problem.solver)
-    with pytest.raises(ContactError, match="NewtonSolver or an SNESSolver"):
-        LoadSteps(solver, problem.apply, control=control)

@@ -11,7 +11,6 @@ from raymortar import (
     ArcLength,
     ConvergenceError,
     Coulomb,
-    FixedPointSolver,
     History,
     Penalty,
     SNESSolver,
@@ -82,7 +81,6 @@ def solved(blocks, contacts, solve):
 WAYS = {
     "small gamma": solve_by_small_gamma,
     "line search": lambda solver: with_line_search(solver).solve(),
-    "fixed point": lambda solver: FixedPointSolver(solver).solve(),
     "viscous forces": lambda solver: Stabilization(solver, 1.0).solve(
         lambda: solver.solve()[0]
     ),

@@ -1,6 +1,6 @@
 """Which way to solve a step goes first."""
 
-from raymortar.paths.lessons import Lessons
+from raymortar.paths.prediction import Lessons
 
 PLAIN, OTHER, THIRD = "plain", "other", "third"
 

@@ -241,13 +241,6 @@ def test_what_nothing_pushes_stays():
     assert found.contact.resultant_on(body).force[2] == pytest.approx(1.0, rel=1e-8)
 
 
-def test_older_iterative_solvers_refuse_it_by_name():
-    body = rigid.Body(shapes(3)["sphere"], name="ball", free=("z",))
-    found = press("tetrahedron", body, **LAWS["penalty"])
-    with pytest.raises(ContactError, match="ball"):
-        SNESSolver(found.problem, solvers.iterative())
-
-
 def pushed(law, name, n=4, **options):
     """A ball on a block, after its first touch, by a solver that is told."""
     body = free_ball("tetrahedron", "sphere", above=0.0)

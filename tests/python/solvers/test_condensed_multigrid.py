@@ -9,7 +9,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from problems import COMM
 
 from raymortar import ContactError, NonlinearProblem, compat, solvers
-from raymortar.solvers.node_frames import NodeFrames
+from raymortar.solvers.condensed import NodeFrames
 from raymortar.solvers.petsc_objects import PetscOptions
 
 OPTIONS = {

@@ -333,13 +333,6 @@ def test_columns_are_those_of_the_inverse(symmetric):
     forces[0] = 1.0
     wanted = (inverse @ forces)[rows[[0, 1]]]
     assert one.displacements(forces, np.array([0, 1])) == pytest.approx(wanted)
-    # Rows that follow, beside columns that are known and others
-    one.follow(np.array([0, 8]))
-    assert one.size == len(rows) + 2
-    rows, places = one.rows, np.array([1, 2, 4, len(rows), len(rows) + 1])
-    assert one.between(places) == pytest.approx(
-        inverse[np.ix_(rows[places], rows[places])], rel=1e-12
-    )
 
 
 @alone

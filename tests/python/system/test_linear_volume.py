@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
-from hosts import linear_pressure
+from hosts import LOWER, UPPER, linear_pressure, meshes
+from materials import MATERIALS
 from problems import CELLS, DIMENSION, SOLVERS, build, fix, stack
 from volumes import assert_as_assembled, counted, disturb, without_what_is_kept
 
 import raymortar
+from raymortar import compat
 
 
 def pressed(cell, degree=1, material="linear", **options):
@@ -42,6 +44,28 @@ def test_of_several_unknowns_too():
     assert problem.volume.is_linear
     disturb(problem)
     assert_as_assembled(problem)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("curved", [None, 0, 1])
+def test_bodies_on_meshes_of_their_own(curved):
+    """Each has a form, and all have to be linear."""
+    scenes, functions, forms, bcs = meshes(), [], [], []
+    for k, scene in enumerate(scenes):
+        V = compat.vector_space(scene.mesh, 1)
+        u, v = fem.Function(V), ufl.TestFunction(V)
+        law = MATERIALS["neo-hookean" if k == curved else "linear"][0]
+        dx = ufl.dx(scene.mesh, metadata={"quadrature_degree": 2})
+        forms.append(ufl.inner(law(ufl.grad(u), 800.0, 1200.0), ufl.grad(v)) * dx)
+        functions.append(u)
+        bcs.append(fix(V, scene, ("bottom", "top")[k], value=-0.02 * k))
+    tags = [scene.facet_tags for scene in scenes]
+    contact = raymortar.Contact(functions, tags, [(UPPER + 1, LOWER + 2)])
+    problem = raymortar.NonlinearProblem(forms, contact, bcs, u=functions)
+    assert problem.volume.is_linear == (curved is None)
+    if curved is None:
+        disturb(problem)
+        assert_as_assembled(problem)
 
 
 @pytest.mark.mpi
