@@ -11,16 +11,17 @@ import gathered
 import numpy as np
 import pytest
 import states
-from condensing import newton
-from dolfinx import fem
-from friction_states import AT_NODES, FrictionCase
-from problems import COMM, DIMENSION, build, fix
+from condensing import DUAL, newton, pressed
+from friction_states import AT_NODES, FrictionCase, frictional_pairs, set_both
+from problems import COMM, DIMENSION
+from tangents import is_first_order, is_second_order, quiet_slopes
+from test_nodal_tangent import FIRST_STEPS
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, CondensedProblem, Coulomb, Tresca
+from raymortar import AugmentedLagrangian, CondensedProblem, Coulomb, SNESSolver, Tresca
 
 PENETRATION = 0.05  # more than tractions open
-STEPS = (0.25, 0.5, 0.75, 1.0)
+POINTS, VECTOR = AugmentedLagrangian(), AugmentedLagrangian(condition="nodes")
 
 
 def at_the_rim(cell):
@@ -77,40 +78,76 @@ def test_what_holds_within_the_rim_does_not_jump(cell, multiplier):
     assert 0.0 < near <= 0.2 * far
 
 
+@pytest.mark.parametrize("cell, multiplier", zip(states.CELLS, ("nodes", "dual") * 2))
+def test_full_tangent_where_the_rim_has_just_entered_a_facet(cell, multiplier):
+    """The tie begins there within the rim."""
+    scene = at_the_rim(cell)
+    case = FrictionCase(cell, 1, 1, multiplier, "reference", "coulomb", "slip")
 
-def over_the_edge(law, divisions=(14, 10), **method):
-    """A soft block, 0.3 of it beside a stiff one, that is pressed and dragged."""
-    scene = two_blocks(COMM, 2, "quadrilateral", *divisions, overhang=0.3)
-    load = fem.Constant(scene.mesh, np.zeros(2))
-    problem = build(
-        scene,
-        1,
-        "neo-hookean",
-        AugmentedLagrangian(**method),
-        E={"lower": 1000.0, "upper": 1.0},
-        friction=law,
-        bcs=lambda V, scene: [
-            fix(V, scene, "bottom"),
-            fix(V, scene, "top", None, load),
-        ],
+    def prepare(contact, seed):
+        set_both(contact, scene, seed)
+        share = gathered.dictionary(contact.zones[0].cpp.segments())["covered"]
+        return bool(np.any((share > 0.02) & (share < 0.2)))
+
+    full, fixed = quiet_slopes(
+        frictional_pairs(case, scene), prepare, first_steps=FIRST_STEPS
     )
+    assert is_second_order(full), full
+    assert is_first_order(fixed), fixed
+
+
+def over_the_edge(cell, steps=4, solver=SNESSolver, **options):
+    """A soft block, 0.3 of it beside a stiff one, that is pressed and dragged: force,
+    and iterations of the steps."""
+    flat = {2: 1.0, 3: (1.0, 0.3, 0.5)}[DIMENSION[cell]]
+    few = {2: (14, 10), 3: ((14, 1, 2), (10, 1, 2))}[DIMENSION[cell]]
+    sizes = {"lower": flat, "upper": flat, "divisions": few, "overhang": 0.3}
+    blocks = pressed(cell, stiff=1000.0, **sizes, **options)
+    if solver is CondensedProblem:
+        problem = blocks.condensed()
+
+        def solve():
+            return len(newton(problem, rtol=1e-9)) - 1
+
+    else:
+        coupled = solver(blocks.coupled())
+
+        def solve():
+            return coupled.solve()[0]
+
     iterations = []
-    for t in STEPS:
-        load.value[:] = 0.1 * t, -0.1 * t
-        iterations.append(problem.solve())
-        problem.contact.advance()
-    return problem.contact.resultant().force, iterations
+    for k in range(steps):
+        blocks.load.value[0], blocks.load.value[-1] = np.array([1, -1]) * (k + 1) / 40
+        iterations.append(solve())
+        blocks.contact.advance()
+    return blocks.contact.resultant().force, iterations
 
 
 @pytest.mark.parametrize(
-    "multiplier, law",
-    [("vector", Coulomb(0.3)), ("dual", Coulomb(0.3)), ("dual", Tresca(0.02))],
-    ids=["vector-coulomb", "dual-coulomb", "dual-tresca"],
+    "method, law, solver",
+    [
+        (VECTOR, Coulomb(0.3), SNESSolver),
+        (DUAL, Coulomb(0.3), SNESSolver),
+        (DUAL, Tresca(0.02), SNESSolver),
+        (DUAL, Coulomb(0.3), CondensedProblem),
+    ],
+    ids=["vector-coulomb", "dual-coulomb", "dual-tresca", "condensed-coulomb"],
 )
-def test_a_soft_slave_over_the_edge_of_a_stiff_master(multiplier, law):
+def test_a_soft_slave_over_the_edge_of_a_stiff_master(method, law, solver):
     """The multiplier behind the edge is on its cone, not its neighbour's."""
-    force, iterations = over_the_edge(law, condition="nodes", multiplier=multiplier)
+    options = {"law": law, "solver": solver, "method": method}
+    force, iterations = over_the_edge("quadrilateral", **options)
     assert max(iterations) <= 7
-    reference, _ = over_the_edge(law)
+    reference, _ = over_the_edge("quadrilateral", law=law, method=POINTS)
     size = np.linalg.norm(reference)
     np.testing.assert_allclose(force, reference, atol=0.01 * size)
+
+
+def test_a_soft_slave_over_the_edge_in_space():
+    """Few facets, the first of which lift off beside the edge."""
+    options = {"law": Coulomb(0.3), "steps": 2}
+    force, iterations = over_the_edge("tetrahedron", **options)
+    assert max(iterations) <= 10
+    reference, _ = over_the_edge("tetrahedron", method=POINTS, **options)
+    size = np.linalg.norm(reference)
+    np.testing.assert_allclose(force, reference, atol=0.05 * size)

@@ -41,7 +41,7 @@ enum class RimSide
 
 /// @brief What drives multipliers to zero where nothing is covered, and ties
 /// those of partly covered facets to their mean [theory (5.9), (5.10)].
-[[nodiscard]] std::vector<FacetBlock> 
+[[nodiscard]] std::vector<FacetBlock>
 cover_blocks(const ContactState& s, const CoverData& cover,
              RimSide side = RimSide::beyond);
 
@@ -56,7 +56,7 @@ struct ShareSlope
 };
 
 /// @brief Of all segments of partly covered facets [theory (5.11)].
-[[nodiscard]] std::vector<ShareSlope> 
+[[nodiscard]] std::vector<ShareSlope>
 share_slopes(const ContactState& s, const CoverData& cover,
              RimSide side = RimSide::beyond);
 } // namespace raymortar
