@@ -51,20 +51,24 @@ def pressed(
     material="neo-hookean",
     overhang=0.0,
     lower=1.3,
+    upper=1.0,
     divisions=(3, 4),
+    stiff=5.0,
+    method=DUAL,
+    law=None,
     **options,
 ):
     """Make the blocks; overhang is how far the upper one is beside the lower, of a
     width."""
-    dim, sizes = DIMENSION[cell], {"lower_size": lower, "upper_size": 1.0}
+    dim, sizes = DIMENSION[cell], {"lower_size": lower, "upper_size": upper}
     scene = two_blocks(COMM, dim, cell, *divisions, overhang=overhang, **sizes)
     V = compat.vector_space(scene.mesh, degree)
     u = fem.Function(V)
-    F, _, _ = residual(scene, u, material, {"lower": 5.0, "upper": 1.0})
+    F, _, _ = residual(scene, u, material, {"lower": stiff, "upper": 1.0})
     load = fem.Constant(scene.mesh, np.zeros(dim))
     tags = (scene.tags["slave"], scene.tags["master"])
-    friction = None if mu is None else Coulomb(mu)
-    contact = Contact(u, scene.facet_tags, [tags], DUAL, friction, **options)
+    friction = law if mu is None else Coulomb(mu)
+    contact = Contact(u, scene.facet_tags, [tags], method, friction, **options)
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, load)]
     return Pressed(u, contact, load, F, bcs, scene)
 

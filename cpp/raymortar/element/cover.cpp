@@ -4,6 +4,7 @@
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/predicates.h"
 #include <algorithm>
+#include <cmath>
 
 namespace raymortar
 {
@@ -108,10 +109,32 @@ double tie_strength(const ContactState& s, const CoverData& cover, Index facet)
   return compliance * area;
 }
 
+/// A polynomial of the covered share
+struct ShareWeight
+{
+  double value;
+  double slope;
+};
+
+/// Beyond the rim a tie acts at once where the rim enters a facet. Within, it
+/// begins with s^2: a node there must not feel that a tie begins
+ShareWeight tie_weight(double share, RimSide side)
+{
+  const double left = 1.0 - share, square = left * left;
+  if (side == RimSide::beyond)
+    return {square, -2.0 * left};
+  constexpr int steepness = 32; // it is at 3/4 from s = 0.2 on
+  const double chord = 1.0 - share * share;
+  const double rest = std::pow(chord, steepness - 1);
+  return {square * (1.0 - chord * rest),
+          2.0 * square * steepness * share * rest -
+              2.0 * left * (1.0 - chord * rest)};
+}
+
 /// Matrices that replace the law on the uncovered part of a facet [theory
 /// (5.9), (5.10)]
 FacetMatrices matrices(const ContactState& s, const CoverData& cover,
-                       const UnitMatrices& unit, Index facet)
+                       const UnitMatrices& unit, Index facet, RimSide side)
 {
   if (coverage_of(s, facet) == Coverage::nowhere)
     return {drive(s, unit.mass, facet, cover.nodes), {}};
@@ -122,7 +145,8 @@ FacetMatrices matrices(const ContactState& s, const CoverData& cover,
     return {left * B, -B};
   }
   const Eigen::MatrixXd B = tie_strength(s, cover, facet) * unit.deviation;
-  return {left * left * B, -2.0 * left * B};
+  const ShareWeight weight = tie_weight(share_of(s, facet), side);
+  return {weight.value * B, weight.slope * B};
 }
 
 /// Derivative of the area of a polygon of reference coordinates by vertex v
@@ -212,7 +236,7 @@ std::vector<std::int8_t> covered_nodes(const ContactState& s)
 }
 
 std::vector<FacetBlock> cover_blocks(const ContactState& s,
-                                     const CoverData& cover)
+                                     const CoverData& cover, RimSide side)
 {
   std::vector<FacetBlock> blocks;
   if (s.multipliers.components == 0)
@@ -220,13 +244,13 @@ std::vector<FacetBlock> cover_blocks(const ContactState& s,
   const UnitMatrices unit = unit_matrices(s);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
     if (coverage_of(s, f) != Coverage::throughout)
-      blocks.push_back({f, by_component(matrices(s, cover, unit, f).value,
+      blocks.push_back({f, by_component(matrices(s, cover, unit, f, side).value,
                                         s.multipliers.components)});
   return blocks;
 }
 
 std::vector<ShareSlope> share_slopes(const ContactState& s,
-                                     const CoverData& cover)
+                                     const CoverData& cover, RimSide side)
 {
   std::vector<ShareSlope> slopes;
   if (s.multipliers.components == 0)
@@ -238,7 +262,7 @@ std::vector<ShareSlope> share_slopes(const ContactState& s,
     if (coverage_of(s, f) != Coverage::partly)
       continue;
     const Eigen::MatrixXd change =
-        -tractions(s, f) * matrices(s, cover, unit, f).slope;
+        -tractions(s, f) * matrices(s, cover, unit, f, side).slope;
     slopes.push_back(s.slave.gdim == 2 ? share_slope<2>(s, segment, change)
                                        : share_slope<3>(s, segment, change));
   }

@@ -28,13 +28,22 @@ struct CoverData
   double shear_modulus = 0.0;
 };
 
+/// @brief Which nodes of a partly covered facet a tie acts on: the weights of
+/// (5.10) and of (4.34).
+enum class RimSide
+{
+  beyond,
+  within
+};
+
 /// @brief Those nodes, as far as this rank's facets tell.
 [[nodiscard]] std::vector<std::int8_t> covered_nodes(const ContactState& s);
 
 /// @brief What drives multipliers to zero where nothing is covered, and ties
 /// those of partly covered facets to their mean [theory (5.9), (5.10)].
-[[nodiscard]] std::vector<FacetBlock> cover_blocks(const ContactState& s,
-                                                   const CoverData& cover);
+[[nodiscard]] std::vector<FacetBlock>
+cover_blocks(const ContactState& s, const CoverData& cover,
+             RimSide side = RimSide::beyond);
 
 /// @brief What the motion of one segment changes in its facet's block.
 struct ShareSlope
@@ -47,6 +56,7 @@ struct ShareSlope
 };
 
 /// @brief Of all segments of partly covered facets [theory (5.11)].
-[[nodiscard]] std::vector<ShareSlope> share_slopes(const ContactState& s,
-                                                   const CoverData& cover);
+[[nodiscard]] std::vector<ShareSlope>
+share_slopes(const ContactState& s, const CoverData& cover,
+             RimSide side = RimSide::beyond);
 } // namespace raymortar

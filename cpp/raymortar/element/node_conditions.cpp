@@ -5,6 +5,28 @@ namespace raymortar
 {
 namespace
 {
+/// What ties the multiplier of a node, in all  [theory (4.24), (4.34)]
+template <int D>
+struct NodeTie
+{
+  double beyond; ///< 1: the rim has not reached the node; 0: it has passed it
+  Vec<D> value;  ///< sum
+  Vec<D> by_area;
+
+  NodeTie(const NodeSums& sums, Index node)
+  {
+    // Where a corner of the master has passed a node this is covered
+    const double full = 0.25 * sums.at(node, NodeSum::whole);
+    const double left =
+        std::max(0.0, 1.0 - sums.at(node, NodeSum::area) / full);
+    beyond = left * left;
+    const Vec<D> inner = sums.at<D>(node, NodeVector::inner);
+    const Vec<D> more = sums.at<D>(node, NodeVector::outer) - inner;
+    value = sums.at<D>(node, NodeVector::held) + inner + beyond * more;
+    by_area = -2.0 * left / full * more;
+  }
+};
+
 /// Means around a node, and its multiplier
 template <int D, int M>
 struct NodeState : FrictionState<D, M>
@@ -12,17 +34,15 @@ struct NodeState : FrictionState<D, M>
   double area;
   double whole;  ///< area around the node, covered or not
   double length; ///< of the sum of normals
-  Vec<M> tie;    ///< sum
-  Vec<D> slip;   ///< mean, with what the tie takes
+  NodeTie<D> tie;
 
-  NodeState(const ContactState& s, Index node)
+  NodeState(const ContactState& s, Index node) : tie(s.node_sums, node)
   {
     const NodeSums& sums = s.node_sums;
     area = sums.at(node, NodeSum::area);
     const Vec<D> normals = sums.at<D>(node, NodeVector::normal);
     length = normals.norm();
     this->n = normals / length;
-    tie = sums.at<D>(node, NodeVector::tie).template head<M>();
     this->lam = Eigen::Map<const Vec<M>>(s.multipliers.value.data() +
                                          static_cast<std::size_t>(node) * M);
     // Over the whole area, so that gamma falls with the covered share: the
@@ -32,17 +52,17 @@ struct NodeState : FrictionState<D, M>
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
-    double taken = tie[0];
+    double taken = tie.value[0];
     if constexpr (M == D)
     {
-      taken = this->n.dot(tie);
-      slips += tie;
+      taken = this->n.dot(tie.value);
+      slips += tie.value;
     }
     this->g = (sums.at(node, NodeSum::gap) - taken) / area;
-    slip = slips / area;
     // The tie takes up slip as it takes up gap: what it took before is none
-    this->w = slip - sums.at<D>(node, NodeVector::past) /
-                         sums.at(node, NodeSum::facets);
+    slips -=
+        sums.at<D>(node, NodeVector::past) / sums.at(node, NodeSum::facets);
+    this->w = slips / area;
     if (s.friction)
       set_friction(s, node);
   }
@@ -88,7 +108,7 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
   Vec<M> by_gamma = by_size;
   if constexpr (M == D)
   {
-    c.by_n -= c.by_g * (at.tie.transpose() * turn);
+    c.by_n -= c.by_g * (at.tie.value.transpose() * turn);
     c.by_tie = -c.by_g * at.n.transpose();
   }
   else
@@ -99,10 +119,11 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_tie += c.by_w;
     c.by_coefficient = r.C_coefficient / gamma;
     by_gamma += r.C_w * at.w - r.C_rate;
-    by_size += r.C_w * at.slip + coefficient * r.C_coefficient;
+    by_size += r.C_w * at.w + coefficient * r.C_coefficient;
   }
   c.by_gamma = at.area / at.whole * (by_gamma - r.C) / (gamma * gamma);
-  c.by_area = (r.C - by_size) / gamma;
+  c.by_area =
+      (r.C - by_size) / gamma + c.by_tie * at.tie.by_area.template head<M>();
 }
 } // namespace
 
@@ -123,6 +144,7 @@ node_condition(const ContactState& s, Index node)
   c.normal = at.n;
   if (s.friction)
     c.slip = at.w - at.n.dot(at.w) * at.n;
+  c.beyond = at.tie.beyond;
   c.row = at.area / at.gamma * r.C;
   const bool has_field = not s.friction_coefficient.empty();
   const double coefficient =
@@ -162,23 +184,30 @@ void append(const Matrix& m, std::vector<double>& values)
 }
 } // namespace
 
-std::vector<double> accepted_ties(const ContactState& s)
+namespace
+{
+template <int D>
+std::vector<double> all_ties(const ContactState& s)
 {
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
-  const auto d = static_cast<std::size_t>(s.slave.gdim);
   const auto facets = static_cast<std::size_t>(s.slave.num_facets());
-  std::vector<double> field(facets * dofs * d, 0.0);
+  std::vector<double> field(facets * dofs * D, 0.0);
   for (std::size_t f = 0; f < facets; ++f)
     for (std::size_t k = 0; k < n; ++k)
     {
       const Index node = s.multipliers.facet[f * n + k];
-      const double area = s.node_sums.at(node, NodeSum::area);
-      for (std::size_t i = 0; area > 0.0 and i < d; ++i)
-        field[(f * dofs + k) * d + i] =
-            s.node_sums.get(node, NodeVector::tie, i) / area;
+      if (s.node_sums.at(node, NodeSum::area) > 0.0)
+        Eigen::Map<Vec<D>>(field.data() + (f * dofs + k) * D) =
+            NodeTie<D>(s.node_sums, node).value;
     }
   return field;
+}
+} // namespace
+
+std::vector<double> accepted_ties(const ContactState& s)
+{
+  return s.slave.gdim == 2 ? all_ties<2>(s) : all_ties<3>(s);
 }
 
 NodeRows node_rows(const ContactState& s)
@@ -189,7 +218,10 @@ NodeRows node_rows(const ContactState& s)
                      {
                        append(c.row, rows.row);
                        append(c.by_lam, rows.by_lam);
-                       append(c.by_tie, rows.by_tie);
+                       append(c.by_tie, rows.by_held);
+                       append((c.beyond * c.by_tie).eval(), rows.by_outer);
+                       append(((1.0 - c.beyond) * c.by_tie).eval(),
+                              rows.by_inner);
                      });
   return rows;
 }

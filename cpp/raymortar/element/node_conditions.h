@@ -15,6 +15,7 @@ struct NodeCondition
   double p = 0.0; ///< normal traction of the law, <= 0
   double g = 0.0; ///< mean gap with the offset, less what the tie takes
   double gamma = 0.0;
+  double beyond = 0.0; ///< share of the tie that holds beyond the rim
   Vec<D> normal = Vec<D>::Zero(); ///< of the law's frame
   Vec<D> slip = Vec<D>::Zero();   ///< along the surface
   Vec<M> row = Vec<M>::Zero();
@@ -56,9 +57,11 @@ node_conditions(const ContactState& s)
 /// multipliers.
 struct NodeRows
 {
-  std::vector<double> row;    ///< (nodes, components)
-  std::vector<double> by_lam; ///< (nodes, components, components)
-  std::vector<double> by_tie; ///< (nodes, components, components)
+  std::vector<double> row;      ///< (nodes, components)
+  std::vector<double> by_lam;   ///< (nodes, components, components)
+  std::vector<double> by_held;  ///< (nodes, components, components)
+  std::vector<double> by_outer; ///< (nodes, components, components)
+  std::vector<double> by_inner; ///< (nodes, components, components)
 };
 [[nodiscard]] NodeRows node_rows(const ContactState& s);
 
@@ -74,7 +77,7 @@ struct NodeResults
 };
 [[nodiscard]] NodeResults node_results(const ContactState& s);
 
-/// @brief Lengths that ties take at the nodes, as the field `traction_old` of
-/// the next step; with friction only.
+/// @brief What ties are at the nodes, as the field `traction_old` of the next
+/// step; with friction only.
 [[nodiscard]] std::vector<double> accepted_ties(const ContactState& s);
 } // namespace raymortar

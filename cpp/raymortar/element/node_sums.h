@@ -28,9 +28,12 @@ enum class NodeVector : std::size_t
 {
   normal, ///< of the law's frame
   slip,
-  past, ///< length that the tie had when the step began, once a facet
-  tie   ///< what ties multipliers of partly covered and of held facets  [theory
-        ///< (4.24)]; of a scalar multiplier its first component
+  past,  ///< what ties were when the step began, once a facet
+  held,  ///< what ties multipliers of held facets  [theory (4.24)]; of a
+         ///< scalar multiplier its first component
+  outer, ///< what ties a node beyond the rim to its partly covered facets
+  inner, ///< what it is within the rim
+  count
 };
 
 /// @brief Sums of the multiplier nodes of a zone, (nodes, width); to be added
@@ -48,7 +51,8 @@ public:
   [[nodiscard]] static std::size_t width_in(int gdim)
   {
     return static_cast<std::size_t>(NodeSum::vectors) +
-           4 * static_cast<std::size_t>(gdim);
+           static_cast<std::size_t>(NodeVector::count) *
+               static_cast<std::size_t>(gdim);
   }
 
   [[nodiscard]] std::size_t width() const
@@ -78,12 +82,6 @@ public:
   void add(Index node, NodeVector what, std::size_t component, double value)
   {
     _values[place(node, what) + component] += value;
-  }
-
-  [[nodiscard]] double get(Index node, NodeVector what,
-                           std::size_t component) const
-  {
-    return _values[place(node, what) + component];
   }
 
   [[nodiscard]] bool empty() const { return _values.empty(); }

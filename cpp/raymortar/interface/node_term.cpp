@@ -41,24 +41,69 @@ std::vector<double> times(std::span<const Index> nodes, std::size_t M,
   }
   return product;
 }
+
+void add_tie_sums(const ContactState& s, const std::vector<FacetBlock>& ties,
+                  NodeVector what, NodeSums& sums)
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const std::size_t size = n * M;
+  std::vector<double> lam;
+  for (const FacetBlock& tie : ties)
+  {
+    facet_tractions(s.multipliers, tie.slave, n, lam);
+    const auto nodes = s.multipliers.nodes_of(tie.slave, n);
+    for (std::size_t k = 0; k < size; ++k)
+    {
+      double sum = 0.0;
+      for (std::size_t j = 0; j < size; ++j)
+        sum += tie.block[k * size + j] * lam[j];
+      sums.add(nodes[k / M], what, k % M, sum);
+    }
+  }
+}
+
+void add_ties(const ContactState& s, const std::vector<FacetBlock>& ties,
+              const std::vector<double>& by_tie, MatrixSink& sink)
+{
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto M = static_cast<std::size_t>(s.multipliers.components);
+  const double scale = s.multipliers.scale;
+  for (const FacetBlock& tie : ties)
+  {
+    const Unknowns own = multipliers_of(tie.slave);
+    if (not sink.wants(own))
+      continue;
+    std::vector<double> block = times(s.multipliers.nodes_of(tie.slave, n), M,
+                                      by_tie, tie.block, n * M);
+    for (double& value : block)
+      value *= scale * scale;
+    sink.add(own, own, block.data());
+  }
+}
 } // namespace
 
-std::vector<FacetBlock> NodeTerm::ties(const ContactState& s) const
+std::vector<FacetBlock> NodeTerm::held_ties() const
 {
-  std::vector<FacetBlock> all = _damping.facets();
-  for (FacetBlock& one : all)
+  std::vector<FacetBlock> ties = _damping.facets();
+  for (FacetBlock& one : ties)
     for (double& value : one.block)
       value *= _damping.compliance();
-  for (FacetBlock& one : cover_blocks(s, _cover.data()))
-    if (coverage_of(s, one.slave) == Coverage::partly)
-      all.push_back(std::move(one));
-  return all;
+  return ties;
+}
+
+std::vector<FacetBlock> NodeTerm::rim_ties(const ContactState& s,
+                                           RimSide side) const
+{
+  std::vector<FacetBlock> ties = cover_blocks(s, _cover.data(), side);
+  std::erase_if(ties, [&](const FacetBlock& one)
+                { return coverage_of(s, one.slave) != Coverage::partly; });
+  return ties;
 }
 
 void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
 {
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
-  const auto M = static_cast<std::size_t>(s.multipliers.components);
   const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
   const auto d = static_cast<std::size_t>(s.slave.gdim);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
@@ -82,20 +127,9 @@ void NodeTerm::add_sums(const ContactState& s, NodeSums& sums) const
                   .nodal[(static_cast<std::size_t>(f) * dofs + k) * d + i]);
     }
   }
-  std::vector<double> lam;
-  for (const FacetBlock& tie : ties(s))
-  {
-    facet_tractions(s.multipliers, tie.slave, n, lam);
-    const auto nodes = s.multipliers.nodes_of(tie.slave, n);
-    const std::size_t size = n * M;
-    for (std::size_t k = 0; k < size; ++k)
-    {
-      double sum = 0.0;
-      for (std::size_t j = 0; j < size; ++j)
-        sum += tie.block[k * size + j] * lam[j];
-      sums.add(nodes[k / M], NodeVector::tie, k % M, sum);
-    }
-  }
+  add_tie_sums(s, held_ties(), NodeVector::held, sums);
+  add_tie_sums(s, rim_ties(s, RimSide::beyond), NodeVector::outer, sums);
+  add_tie_sums(s, rim_ties(s, RimSide::within), NodeVector::inner, sums);
 }
 
 Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const
@@ -145,41 +179,30 @@ Work NodeTerm::tangent(const ContactState& s, MatrixSink& sink) const
     }
     sink.add(multipliers_of(f), multipliers_of(f), block.data());
   }
-  add_ties(s, rows.by_tie, sink);
-  if (s.moving_segments)
-    add_shares(s, rows.by_tie, sink);
+  add_ties(s, held_ties(), rows.by_held, sink);
+  add_rim(s, RimSide::beyond, rows.by_outer, sink);
+  add_rim(s, RimSide::within, rows.by_inner, sink);
   return {};
 }
 
-void NodeTerm::add_ties(const ContactState& s,
-                        const std::vector<double>& by_tie,
-                        MatrixSink& sink) const
+void NodeTerm::add_rim(const ContactState& s, RimSide side,
+                       const std::vector<double>& by_tie,
+                       MatrixSink& sink) const
 {
-  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
-  const auto M = static_cast<std::size_t>(s.multipliers.components);
-  const double scale = s.multipliers.scale;
-  for (const FacetBlock& tie : ties(s))
-  {
-    const Unknowns own = multipliers_of(tie.slave);
-    if (not sink.wants(own))
-      continue;
-    std::vector<double> block = times(s.multipliers.nodes_of(tie.slave, n), M,
-                                      by_tie, tie.block, n * M);
-    for (double& value : block)
-      value *= scale * scale;
-    sink.add(own, own, block.data());
-  }
+  add_ties(s, rim_ties(s, side), by_tie, sink);
+  if (s.moving_segments)
+    add_shares(s, side, by_tie, sink);
 }
 
 /// The share that is covered varies with the segments  [theory (5.11)]
-void NodeTerm::add_shares(const ContactState& s,
+void NodeTerm::add_shares(const ContactState& s, RimSide side,
                           const std::vector<double>& by_tie,
                           MatrixSink& sink) const
 {
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto M = static_cast<std::size_t>(s.multipliers.components);
   std::vector<double> block;
-  for (const ShareSlope& slope : share_slopes(s, _cover.data()))
+  for (const ShareSlope& slope : share_slopes(s, _cover.data(), side))
   {
     const Unknowns columns = columns_of(s, slope);
     if (not sink.wants(columns))

@@ -30,11 +30,13 @@ public:
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
 
 private:
-  [[nodiscard]] std::vector<FacetBlock> ties(const ContactState& s) const;
-  void add_ties(const ContactState& s, const std::vector<double>& by_tie,
-                MatrixSink& sink) const;
-  void add_shares(const ContactState& s, const std::vector<double>& by_tie,
-                  MatrixSink& sink) const;
+  [[nodiscard]] std::vector<FacetBlock> held_ties() const;
+  [[nodiscard]] std::vector<FacetBlock> rim_ties(const ContactState& s,
+                                                 RimSide side) const;
+  void add_rim(const ContactState& s, RimSide side,
+               const std::vector<double>& by_tie, MatrixSink& sink) const;
+  void add_shares(const ContactState& s, RimSide side,
+                  const std::vector<double>& by_tie, MatrixSink& sink) const;
 
   DampingTerm _damping;
   CoverTerm _cover;
