@@ -22,7 +22,13 @@ from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
 from .options.friction import Law
-from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
+from .options.methods import (
+    AugmentedLagrangian,
+    ContactOptions,
+    Penalty,
+    Search,
+    has_dual_multiplier,
+)
 from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
@@ -340,6 +346,19 @@ class Contact(NodalFields, Interaction):
                 return 0.0
             part = "normal"
         return stored_energy(self.zones, part)
+
+
+def require_point_tractions(owner: str, contact: Any) -> None:
+    """Raise unless the argument is a contact whose tractions at points are known."""
+    if not isinstance(contact, Contact):
+        raise ContactError(
+            f"{owner}.contact must be a Contact, not {type(contact).__name__}"
+        )
+    if has_dual_multiplier(contact.method):
+        raise ContactError(
+            f"{owner}.contact has multiplier='dual', whose traction at a point is not "
+            f"known to {owner}: take multiplier='vector'"
+        )
 
 
 def one_or_several(given: Any) -> Contact | Interactions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -37,6 +38,12 @@ class BodyLeft(ConvergenceError, SetUpError):
 
 class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
+
+
+def warn(text: str, level: int) -> None:
+    """Warn of what is not to be trusted. The level of `warnings.warn` is seen from the
+    caller."""
+    warnings.warn(text, ContactWarning, stacklevel=level + 1)
 
 
 # Types that are raised on all ranks as they are

@@ -20,13 +20,7 @@ from ..discretization.slave_fields import (
     check_function,
     on_facets,
 )
-from ..errors import (
-    ContactWarning,
-    SetUpError,
-    format_point,
-    raise_everywhere,
-    together,
-)
+from ..errors import SetUpError, format_point, raise_everywhere, together, warn
 from ..options.friction import Friction, Law
 from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
 from .point_results import CLOSED, accumulated_slip, nodes, undeformed
@@ -114,11 +108,10 @@ def warn_of_wrong_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -
         with _in_silence(), suppress(Exception):  # a law may refuse what does not occur
             fault = fault_of(law, sample.ladder())
     for text in [one for one in comm.allgather(fault) if one is not None][:1]:
-        warnings.warn(
+        warn(
             f"Friction.derivatives: {text}. Newton's method takes more iterations, or "
             "fails: correct them, or leave them out",
-            ContactWarning,
-            stacklevel=2,
+            2,
         )
 
 
