@@ -12,7 +12,7 @@ from dolfinx.fem import Function
 from .discretization.curving import Smooth
 from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
-from .errors import ContactError
+from .errors import ContactError, of_type
 from .interactions import Interaction, Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import make_surfaces
@@ -22,13 +22,7 @@ from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
 from .interface.state import ContactState
 from .options.friction import Law
-from .options.methods import (
-    AugmentedLagrangian,
-    ContactOptions,
-    Penalty,
-    Search,
-    has_dual_multiplier,
-)
+from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
@@ -350,11 +344,8 @@ class Contact(NodalFields, Interaction):
 
 def require_point_tractions(owner: str, contact: Any) -> None:
     """Raise unless the argument is a contact whose tractions at points are known."""
-    if not isinstance(contact, Contact):
-        raise ContactError(
-            f"{owner}.contact must be a Contact, not {type(contact).__name__}"
-        )
-    if has_dual_multiplier(contact.method):
+    of_type(f"{owner}.contact", contact, Contact, "a Contact")
+    if contact.method.is_dual:
         raise ContactError(
             f"{owner}.contact has multiplier='dual', whose traction at a point is not "
             f"known to {owner}: take multiplier='vector'"
@@ -373,10 +364,7 @@ def one_or_several(given: Any) -> Contact | Interactions:
     if not given:
         raise ContactError("contact is an empty list: give at least one Contact")
     for i, contact in enumerate(given):
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"contact[{i}] must be a Contact, not {type(contact).__name__}"
-            )
+        of_type(f"contact[{i}]", contact, Contact, "a Contact")
     return given[0] if len(given) == 1 else Interactions(given)
 
 

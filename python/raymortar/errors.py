@@ -254,6 +254,12 @@ def choice(name: str, value: Any, names: tuple[str, ...]) -> str:
     return str(value)
 
 
+def of_type(name: str, value: Any, kind: type, wanted: str) -> None:
+    """Raise unless a value is of a type, which messages call as is wanted."""
+    if not isinstance(value, kind):
+        raise ContactError(f"{name} must be {wanted}, not {type(value).__name__}")
+
+
 class Options:
     """Options that are checked when made, or on several ranks when they are used.
 
