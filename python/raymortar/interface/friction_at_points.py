@@ -65,15 +65,14 @@ class Sample:
     def bounds(self, law: Friction, axis: int, *values: Array) -> list[Array]:
         """Evaluate a law's bound at other values of p or v."""
         pairs = [(z, self.v) if axis == 0 else (self.p, z) for z in values]
-        found = [law.evaluate("bound", pair, self.given) for pair in pairs]
+        found = [law.call("bound", *pair, self.given) for pair in pairs]
         return [np.asarray(one, dtype=np.float64) for one in found]
 
 
 def slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
     """Differentiate a bound: as the user does, else by central differences."""
     if law.derivatives is not None:
-        by_p, by_v = law.given_slopes((at.p, at.v), at.given).T
-        return by_p, by_v
+        return law.given_slopes(at.p, at.v, at.given)
 
     def slope(axis: int) -> Array:
         low, _, high = at.sides(axis)
@@ -152,7 +151,7 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
     given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0, "fields": fields}
     with _in_silence():
         try:
-            bounds = law.evaluate("bound", (p, v), given)
+            bounds = law.call("bound", p, v, given)
             mine = np.asarray(bounds, dtype=np.float64).tolist()
         except Exception as error:  # where it has no value, if it has none on all ranks
             mine = type(error).__name__
@@ -218,7 +217,7 @@ class ClosedPoints:
         values, along = np.zeros((3, n)), np.zeros((n, width))
         if self.closed.any():
             at = self.sample()
-            values[0, self.closed] = self._law.values((at.p, at.v), at.given)
+            values[0, self.closed] = self._law.bounds(at.p, at.v, at.given)
             values[1:, self.closed] = slopes(self._law, at)
             if self._law.arguments - {"dt"} and not self._zone.has_law_at_nodes:
                 along[self.closed] = self._along(at)
@@ -233,7 +232,7 @@ class ClosedPoints:
     def _along(self, at: Sample) -> Array:
         """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
         return along_facets(
-            lambda xi: self._law.values((at.p, at.v), self._given(xi)), self._xi
+            lambda xi: self._law.bounds(at.p, at.v, self._given(xi)), self._xi
         )
 
 
