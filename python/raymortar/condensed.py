@@ -15,7 +15,6 @@ from .compat import Array
 from .contact import Contact
 from .discretization.unknowns import Lacking
 from .errors import ContactError, SetUpError, described, raise_everywhere, together
-from .options.methods import has_dual_multiplier
 from .problem import CoupledProblem
 from .system.condensation import ELIMINATED, Condensation
 
@@ -247,7 +246,7 @@ def _check(contact: Any) -> None:
             "no dual multiplier"
         )
     method = contact.method
-    if not has_dual_multiplier(method):
+    if not method.is_dual:
         raise ContactError(
             "CondensedProblem needs a Contact with AugmentedLagrangian(condition="
             f"'nodes', multiplier='dual'), not {described(method)}"

@@ -12,7 +12,7 @@ from dolfinx.fem import Function
 from .discretization.curving import Smooth
 from .discretization.layout import Layout
 from .discretization.slave_fields import FieldValue
-from .errors import ContactError
+from .errors import ContactError, of_type
 from .interactions import Interaction, Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import make_surfaces
@@ -342,6 +342,16 @@ class Contact(NodalFields, Interaction):
         return stored_energy(self.zones, part)
 
 
+def require_point_tractions(owner: str, contact: Any) -> None:
+    """Raise unless the argument is a contact whose tractions at points are known."""
+    of_type(f"{owner}.contact", contact, Contact, "a Contact")
+    if contact.method.is_dual:
+        raise ContactError(
+            f"{owner}.contact has multiplier='dual', whose traction at a point is not "
+            f"known to {owner}: take multiplier='vector'"
+        )
+
+
 def one_or_several(given: Any) -> Contact | Interactions:
     """A contact as it is, a list of several as one object. Collective."""
     if isinstance(given, Contact):
@@ -354,10 +364,7 @@ def one_or_several(given: Any) -> Contact | Interactions:
     if not given:
         raise ContactError("contact is an empty list: give at least one Contact")
     for i, contact in enumerate(given):
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"contact[{i}] must be a Contact, not {type(contact).__name__}"
-            )
+        of_type(f"contact[{i}]", contact, Contact, "a Contact")
     return given[0] if len(given) == 1 else Interactions(given)
 
 

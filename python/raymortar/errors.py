@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -37,6 +38,12 @@ class BodyLeft(ConvergenceError, SetUpError):
 
 class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
+
+
+def warn(text: str, level: int) -> None:
+    """Warn of what is not to be trusted. The level of `warnings.warn` is seen from the
+    caller."""
+    warnings.warn(text, ContactWarning, stacklevel=level + 1)
 
 
 # Types that are raised on all ranks as they are
@@ -245,6 +252,12 @@ def choice(name: str, value: Any, names: tuple[str, ...]) -> str:
     if not is_one_of(value, names):
         raise ContactError(f"{name} must be one of {names}, not {value!r}")
     return str(value)
+
+
+def of_type(name: str, value: Any, kind: type, wanted: str) -> None:
+    """Raise unless a value is of a type, which messages call as is wanted."""
+    if not isinstance(value, kind):
+        raise ContactError(f"{name} must be {wanted}, not {type(value).__name__}")
 
 
 class Options:

@@ -17,7 +17,7 @@ from .convergence.balance import EPS
 from .discretization.forms import derivative, find_unknowns, list_of_conditions
 from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
-from .errors import ContactError, ConvergenceError, described, together
+from .errors import ContactError, ConvergenceError, described, of_type, together
 from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interface.probing import row_sums
 from .solvers.automatic import direct
@@ -96,8 +96,7 @@ class FieldProblem:
     ) -> None:
         functions = list(u) if isinstance(u, (list, tuple)) else [u]
         for f in functions:
-            if not isinstance(f, Function):
-                raise ContactError(f"u must be a Function, not {type(f).__name__}")
+            of_type("u", f, Function, "a Function")
         self.comm = functions[0].function_space.mesh.comm
         with together(self.comm):
             others, given = apart(terms)

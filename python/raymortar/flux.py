@@ -12,11 +12,10 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .contact import Contact
+from .contact import Contact, require_point_tractions
 from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, is_real_number, require_agreement, together
-from .options.methods import has_dual_multiplier
 from .options.user_laws import FluxLaw
 from .system.flux_part import FluxPart
 from .system.tool_part import ToolField
@@ -108,15 +107,7 @@ class Flux:
         fields: Sequence[Function] = (),
         tool: float | ToolField | None = None,
     ) -> None:
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"Flux.contact must be a Contact, not {type(contact).__name__}"
-            )
-        if has_dual_multiplier(contact.method):
-            raise ContactError(
-                "Flux.contact has multiplier='dual', whose traction at a point is not "
-                "known to a Flux: take multiplier='vector'"
-            )
+        require_point_tractions("Flux", contact)
         comm = contact.layout.comm
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         with together(comm):

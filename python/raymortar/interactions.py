@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import abstractmethod
 from collections.abc import Sequence
 from operator import attrgetter
@@ -16,7 +15,7 @@ from .discretization.bodies import Bodies
 from .discretization.layout import CoupledRows
 from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
-from .errors import ContactWarning, raise_everywhere
+from .errors import raise_everywhere, warn
 from .interface.pairs import Pair, PairTable
 from .interface.state import JointState, State
 from .results.points import PointResults
@@ -308,13 +307,12 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
             if sides in known:
                 slave = contact.surfaces.zones[pair.surface].facets.spoken
                 other = pair.master_name or pair.master
-                warnings.warn(
+                warn(
                     f"contact[{known[sides]}] and contact[{i}] both have multipliers "
                     f"on {slave} and master {other}: only the sum "
                     "of their tractions is determined, and the linear solver may fail; "
                     "give the pair to one of them, or one of them a Penalty",
-                    ContactWarning,
-                    stacklevel=4,
+                    4,
                 )
             known[sides] = i
 

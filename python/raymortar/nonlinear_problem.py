@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -11,13 +10,7 @@ from petsc4py import PETSc
 
 from .contact import Contact
 from .diagnose.failure import describe
-from .errors import (
-    ContactError,
-    ContactWarning,
-    ConvergenceError,
-    require_agreement,
-    together,
-)
+from .errors import ContactError, ConvergenceError, require_agreement, together, warn
 from .flux import Flux
 from .problem import CoupledProblem
 from .solvers.snes import SNESSolver
@@ -158,7 +151,7 @@ class NonlinearProblem(CoupledProblem):
             with own.options:
                 if PETSc.Options(own.options.prefix).getBool(ERROR, True):
                     raise
-            warnings.warn(str(failure), ContactWarning, stacklevel=2)
+            warn(str(failure), 2)
         return self.u
 
     def describe(self) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,7 +10,7 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .contact import Contact
+from .contact import Contact, require_point_tractions
 from .convergence.anderson import Anderson
 from .discretization.facets import facet_dof_table
 from .discretization.ranks import largest as largest_of
@@ -20,7 +19,6 @@ from .discretization.reference_facets import shape_functions
 from .discretization.surfaces import surface_normals
 from .errors import (
     ContactError,
-    ContactWarning,
     ConvergenceError,
     described,
     is_real_number,
@@ -28,9 +26,9 @@ from .errors import (
     require_agreement,
     together,
     truth,
+    warn,
 )
 from .interface.zone_data import ZoneData
-from .options.methods import has_dual_multiplier
 from .options.user_laws import check_functions, real_values
 
 # Difference of depths that counts as none, over the deepest of the step
@@ -117,19 +115,11 @@ class Wear:
         largest: float | None = None,
         implicit: bool = False,
     ) -> None:
-        if not isinstance(contact, Contact):
-            raise ContactError(
-                f"Wear.contact must be a Contact, not {type(contact).__name__}"
-            )
+        require_point_tractions("Wear", contact)
         self._comm = contact.layout.comm
         with together(self._comm):
             if contact.tied is not None:
                 raise ContactError("Wear.contact is a Tie, which does not slip")
-            if has_dual_multiplier(contact.method):
-                raise ContactError(
-                    "Wear.contact has multiplier='dual', whose traction at a point is "
-                    "not known to Wear: take multiplier='vector'"
-                )
             if contact.offset is not None:
                 raise ContactError(
                     "Wear.contact has an offset, which wear would replace: set "
@@ -208,11 +198,10 @@ class Wear:
         if self._may_warn:
             self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
-            warnings.warn(
+            warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
                 f"{self.largest:.3g}: take smaller steps",
-                ContactWarning,
-                stacklevel=2,
+                2,
             )
             self.largest = None
 
@@ -316,12 +305,11 @@ class Wear:
         ratio = largest_of(self._comm, slopes) * stiffness / LIMIT
         if ratio > 1.0:
             self._may_warn = False
-            warnings.warn(
+            warn(
                 f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
                 "pressures alternate from step to step: take smaller steps, or "
                 "Wear(..., implicit=True)",
-                ContactWarning,
-                stacklevel=3,
+                3,
             )
 
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:

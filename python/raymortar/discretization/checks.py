@@ -6,7 +6,6 @@ the axis r = 0.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,13 +16,7 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from ..errors import (
-    ContactError,
-    ContactWarning,
-    format_point,
-    raise_everywhere,
-    together,
-)
+from ..errors import ContactError, format_point, raise_everywhere, together, warn
 from ..rigid.body import Body
 from . import facets as lookup
 from .facets import FACETS_PER_CELL, Facets, coordinates
@@ -308,13 +301,12 @@ def check_revolved(bodies: Sequence[Body]) -> None:
             )
         radius, centre = getattr(body.shape, "radius", 0.0), abs(body.shape.place[0])
         if _ON_AXIS * radius < centre < (1.0 - _ON_AXIS) * radius:
-            warnings.warn(
+            warn(
                 f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
                 f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
                 "no ball, but a solid with a tip or a dimple on the axis. A ball has "
                 "its centre at r = 0",
-                ContactWarning,
-                stacklevel=2,
+                2,
             )
 
 
@@ -352,9 +344,8 @@ def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
     sums = np.array([forces @ forces, diagonal @ diagonal])
     hoops, stiffness = np.sqrt(comm.allreduce(sums))
     if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:
-        warnings.warn(
+        warn(
             "axisymmetric=True, but the form resists no growth of the radius: it needs "
             "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
-            ContactWarning,
-            stacklevel=2,
+            2,
         )

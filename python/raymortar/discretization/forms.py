@@ -12,7 +12,7 @@ from dolfinx.fem import Function, FunctionSpace
 from ufl.algorithms import expand_derivatives
 
 from .. import compat
-from ..errors import ContactError, ContactWarning, described
+from ..errors import ContactError, described, warn
 from .joined import Displacement
 from .unknowns import Unknowns
 
@@ -245,7 +245,7 @@ def warn_of_inertia(
         other = _earlier_state(form, f)
         if other is not None:
             text = _MESSAGE.format(u=f.name, other=other.name)
-            warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+            warn(text, stacklevel + 1)
             return
 
 

@@ -17,7 +17,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array, Indices
-from ..errors import ContactError
+from ..errors import ContactError, of_type
 
 Global = npt.NDArray[np.int64]
 Places = npt.NDArray[np.int64]
@@ -79,8 +79,7 @@ class Displacement:
 def check_given(functions: Sequence[Any]) -> None:
     """Raise unless displacements are Functions, each on its own mesh."""
     for f in functions:
-        if not isinstance(f, Function):
-            raise ContactError(f"u must be a Function, not {type(f).__name__}")
+        of_type("u", f, Function, "a Function")
     if not functions:
         raise ContactError("u must be a Function, or a list of one for each mesh")
     for i, f in enumerate(functions):

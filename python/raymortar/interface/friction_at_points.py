@@ -20,13 +20,7 @@ from ..discretization.slave_fields import (
     check_function,
     on_facets,
 )
-from ..errors import (
-    ContactWarning,
-    SetUpError,
-    format_point,
-    raise_everywhere,
-    together,
-)
+from ..errors import SetUpError, format_point, raise_everywhere, together, warn
 from ..options.friction import Friction, Law
 from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
 from .point_results import CLOSED, accumulated_slip, nodes, undeformed
@@ -71,15 +65,14 @@ class Sample:
     def bounds(self, law: Friction, axis: int, *values: Array) -> list[Array]:
         """Evaluate a law's bound at other values of p or v."""
         pairs = [(z, self.v) if axis == 0 else (self.p, z) for z in values]
-        found = [law.evaluate("bound", pair, self.given) for pair in pairs]
+        found = [law.call("bound", *pair, self.given) for pair in pairs]
         return [np.asarray(one, dtype=np.float64) for one in found]
 
 
 def slopes(law: Friction, at: Sample) -> tuple[Array, Array]:
     """Differentiate a bound: as the user does, else by central differences."""
     if law.derivatives is not None:
-        by_p, by_v = law.given_slopes((at.p, at.v), at.given).T
-        return by_p, by_v
+        return law.given_slopes(at.p, at.v, at.given)
 
     def slope(axis: int) -> Array:
         low, _, high = at.sides(axis)
@@ -114,11 +107,10 @@ def warn_of_wrong_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -
         with _in_silence(), suppress(Exception):  # a law may refuse what does not occur
             fault = fault_of(law, sample.ladder())
     for text in [one for one in comm.allgather(fault) if one is not None][:1]:
-        warnings.warn(
+        warn(
             f"Friction.derivatives: {text}. Newton's method takes more iterations, or "
             "fails: correct them, or leave them out",
-            ContactWarning,
-            stacklevel=2,
+            2,
         )
 
 
@@ -159,7 +151,7 @@ def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
     given = {"x": np.zeros((3, len(p))), "slip": none, "dt": 1.0, "fields": fields}
     with _in_silence():
         try:
-            bounds = law.evaluate("bound", (p, v), given)
+            bounds = law.call("bound", p, v, given)
             mine = np.asarray(bounds, dtype=np.float64).tolist()
         except Exception as error:  # where it has no value, if it has none on all ranks
             mine = type(error).__name__
@@ -225,7 +217,7 @@ class ClosedPoints:
         values, along = np.zeros((3, n)), np.zeros((n, width))
         if self.closed.any():
             at = self.sample()
-            values[0, self.closed] = self._law.values((at.p, at.v), at.given)
+            values[0, self.closed] = self._law.bounds(at.p, at.v, at.given)
             values[1:, self.closed] = slopes(self._law, at)
             if self._law.arguments - {"dt"} and not self._zone.has_law_at_nodes:
                 along[self.closed] = self._along(at)
@@ -240,7 +232,7 @@ class ClosedPoints:
     def _along(self, at: Sample) -> Array:
         """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
         return along_facets(
-            lambda xi: self._law.values((at.p, at.v), self._given(xi)), self._xi
+            lambda xi: self._law.bounds(at.p, at.v, self._given(xi)), self._xi
         )
 
 

@@ -3,7 +3,6 @@ surfaces touch which their meshes hold apart, and tractions of an exact penalty.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -20,7 +19,7 @@ from ..discretization.ranks import largest
 from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from ..discretization.thickness import Cells, thickness_behind
-from ..errors import ContactError, ContactWarning, positive, require_agreement, together
+from ..errors import ContactError, positive, require_agreement, together, warn
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
 from .stiffness import mean_facet_size
@@ -75,7 +74,7 @@ class Offsets:
         found = [self._excess_on(zone) for zone in self._zones]
         before, self.excess = self.excess, "; ".join(filter(None, found)) or None
         if self.excess is not None and before is None:
-            warnings.warn(self.excess, ContactWarning, stacklevel=3)
+            warn(self.excess, 3)
         for zone in self._zones:
             zone.send_offset()
 

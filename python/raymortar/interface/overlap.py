@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 
 from mpi4py import MPI
@@ -24,7 +23,7 @@ from ..discretization.reference_facets import (
 )
 from ..discretization.surfaces import facet_lengths
 from ..discretization.thickness import Cells
-from ..errors import ContactWarning, format_point
+from ..errors import format_point, warn
 from ..rigid.body import Body
 from .contact_surfaces import ContactSurfaces
 from .pairs import Pair, spoken
@@ -67,7 +66,7 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
         else:
             messages, remedy = _in_meshes(zone, own, surfaces), _REMEDY
         for text in messages:
-            warnings.warn(f"{text}, {remedy}", ContactWarning, stacklevel=4)
+            warn(f"{text}, {remedy}", 4)
 
 
 def _in_meshes(

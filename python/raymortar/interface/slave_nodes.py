@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -17,7 +16,7 @@ from ..compat import Mask
 from ..discretization.ranks import largest, marked_everywhere, sums_at
 from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface, facet_lengths, vector_areas
-from ..errors import ContactWarning, SetUpError, format_point, raise_everywhere
+from ..errors import SetUpError, format_point, raise_everywhere, warn
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
 from .pairs import Pair, spoken
@@ -184,13 +183,12 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
     found = W.tabulate_dof_coordinates()[sharp, :dim]
     places = [x for part in tie.comm.allgather(found) for x in part]
     if places:
-        warnings.warn(
+        warn(
             f"the slave surface of {tie.tags} turns by more than 60 degrees at "
             f"{len(places)} node(s), for example at {format_point(places[0], places)}: one "
             "multiplier there is not the traction of two faces. Give each face a tag, "
             "and a Tie of its own",
-            ContactWarning,
-            stacklevel=4,
+            4,
         )
 
 
@@ -244,12 +242,11 @@ def warn_of_finer_rigid_slaves(
             own = [pair for pair in pairs if surfaces.zones[pair.surface] is zone]
             swapped = ", ".join(pair.in_other_order for pair in own)
             slave = spoken(own[0].slave_name, own[0].slave)
-            warnings.warn(
+            warn(
                 f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} "
                 "times as close as those of its master, which may not balance so many "
                 f"tractions: give the sides in the other order, pairs=[{swapped}]",
-                ContactWarning,
-                stacklevel=4,
+                4,
             )
 
 

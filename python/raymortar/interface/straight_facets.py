@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
-
 from mpi4py import MPI
 
 import numpy as np
@@ -12,7 +10,7 @@ from ..compat import Array
 from ..discretization.ranks import largest, of_all
 from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface
-from ..errors import ContactWarning
+from ..errors import warn
 from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 from .zone_data import on_sides
@@ -91,7 +89,7 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
         least = offset[offset > 0.0].min(initial=np.inf)
         distance = min(_distance(gaps), comm.allreduce(least, op=MPI.MIN))
         if most > ALLOWED * distance:
-            warnings.warn(
+            warn(
                 f"the straight facets of {zone.facets.spoken} and its "
                 f"masters lie up to {most:.3e} off the curved surfaces they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
@@ -99,8 +97,7 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
                 "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are "
                 "merely noisy, contact.adjust(within=...) makes what is nearer than a "
                 "length just touch",
-                ContactWarning,
-                stacklevel=4,
+                4,
             )
 
 
@@ -111,13 +108,12 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
         turned = np.max([_turned(*side) for side in sides], axis=0)
         angle, off = (largest(surfaces.comm, value) for value in turned)
         if angle > MOST_TURNED:
-            warnings.warn(
+            warn(
                 f"facets of {zone.facets.spoken} or its masters have turned "
                 f"by {np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
                 f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
                 "mesh and a displacement of degree 2",
-                ContactWarning,
-                stacklevel=4,
+                4,
             )
             return True
     return False

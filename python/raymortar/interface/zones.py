@@ -19,7 +19,7 @@ from ..discretization.ranks import largest
 from ..discretization.surfaces import Surface
 from ..discretization.tagged import ZoneFacets
 from ..discretization.thickness import Cells, thickness_behind
-from ..options.methods import ContactOptions, Search, has_dual_multiplier
+from ..options.methods import ContactOptions, Search
 from ..rigid.motions import Motions
 from .zone_data import MasterTags, ZoneData, nothing
 
@@ -125,7 +125,7 @@ def create_zone(
         master_dof_ids=zone.master_surface.dof_ids,
         tools=[body.tool for body in zone.bodies],
         multipliers=multipliers,
-        dual_multiplier=has_dual_multiplier(options.method),
+        dual_multiplier=options.method.is_dual,
         method=options.method.cpp,
         condition=getattr(_cpp.Condition, options.method.condition),
         friction=None if friction is None else friction.cpp(),

@@ -130,15 +130,29 @@ class Friction(UserLaw, Law):
     derivatives: Callable[..., tuple[Array, Array]] | None = None
     fields: Sequence[Function] = ()
 
-    def values(self, at: Any, given: Mapping[str, Any]) -> Array:
-        """Evaluate and check the bound at pressures and slip rates, (n,)."""
-        found = super().values(at, given)
+    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
+        """Call ``bound`` or ``derivatives`` with the arguments that it has.
+
+        They are copies, which it may write to.
+        """
+        return self._evaluate(name, (p, v), given)
+
+    def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the bound, (n,)."""
+        found = self._values((p, v), given)
         if found.min(initial=0.0) < 0.0:
             raise ContactError(
                 "Friction.bound returns a bound that is negative, at "
-                f"{self.place(at, int(np.argmin(found)))}"
+                f"{self._place((p, v), int(np.argmin(found)))}"
             )
         return found
+
+    def given_slopes(
+        self, p: Array, v: Array, given: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """Evaluate and check the derivatives by p and v, (n,) each."""
+        by_p, by_v = self._given_slopes((p, v), given).T
+        return by_p, by_v
 
 
 LAWS = (Coulomb, Tresca, Stick, Friction)

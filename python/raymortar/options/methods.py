@@ -74,6 +74,11 @@ class AugmentedLagrangian(Options):
     degree: int | None = None
     condition: str = "points"
 
+    @property
+    def is_dual(self) -> bool:
+        """Whether the multiplier is of dual functions."""
+        return self.multiplier == "dual"
+
     def check(self) -> None:
         check_coefficient(self.gamma)
         known = is_one_of(self.multiplier, MULTIPLIERS)
@@ -83,7 +88,7 @@ class AugmentedLagrangian(Options):
                 "with condition='nodes' 'dual'"
             )
         choice("condition", self.condition, CONDITIONS)
-        if self.multiplier == "dual" and self.condition != "nodes":
+        if self.is_dual and self.condition != "nodes":
             raise ContactError("multiplier='dual' needs condition='nodes'")
         degree = self.degree
         if degree is not None and not (is_whole_number(degree) and degree in (1, 2)):
@@ -113,6 +118,7 @@ class Penalty(Options):
     automatic_factor: ClassVar[float] = 10.0
     cpp: ClassVar[_cpp.Method] = _cpp.Method.penalty
     condition: ClassVar[str] = "points"
+    is_dual: ClassVar[bool] = False
     gamma: float | Function | None = None
     tangential: str = "elastic"
     exact: bool = False
@@ -170,11 +176,6 @@ class Search(Options):
                 raise ContactError(f"search {name} = {value!r} is not a number")
             if value is not None and not 0.0 <= value < np.inf:
                 raise ContactError(f"search {name} = {value} must not be negative")
-
-
-def has_dual_multiplier(method: object) -> bool:
-    """Whether the multiplier of a method is of dual functions."""
-    return getattr(method, "multiplier", None) == "dual"
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,7 +109,6 @@ class UserLaw:
     fields: Sequence[Function]
 
     def check(self) -> None:
-        """Raise for functions and fields that cannot be those of the law."""
         check_functions(self.owner, self._functions(), self.first, kind=self.kind)
         for one in self.fields:
             if not isinstance(one, Function):
@@ -137,7 +136,7 @@ class UserLaw:
         known = (offered(one, len(self.first)) for one in self._functions().values())
         return set().union(*known)
 
-    def evaluate(self, name: str, at: Any, given: Mapping[str, Any]) -> Any:
+    def _evaluate(self, name: str, at: Any, given: Mapping[str, Any]) -> Any:
         """Call a function with copies of the arguments that it has."""
         self._require_fields()
         function = getattr(self, name)
@@ -145,13 +144,14 @@ class UserLaw:
         copies = {one: deepcopy(given[one]) for one in more}
         return function(*(one.copy() for one in at), **copies)
 
-    def values(self, at: Any, given: Mapping[str, Any]) -> Array:
+    def _values(self, at: Any, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the law at arguments (n,) each, (n,)."""
-        return self._checked(self.function, self.evaluate(self.function, at, given), at)
+        found = self._evaluate(self.function, at, given)
+        return self._checked(self.function, found, at)
 
-    def given_slopes(self, at: Any, given: Mapping[str, Any]) -> Array:
+    def _given_slopes(self, at: Any, given: Mapping[str, Any]) -> Array:
         """Evaluate and check the user's derivatives by the arguments, (n, arguments)."""
-        found = self.evaluate("derivatives", at, given)
+        found = self._evaluate("derivatives", at, given)
         if len(found) != len(self.first):
             raise ContactError(
                 f"{self.owner}.derivatives must return the derivatives by "
@@ -166,11 +166,11 @@ class UserLaw:
         if not np.isfinite(found).all():
             raise ContactError(
                 f"{self.owner}.{name} returns values that are not finite, at "
-                f"{self.place(at, int(np.argmin(np.isfinite(found))))}"
+                f"{self._place(at, int(np.argmin(np.isfinite(found))))}"
             )
         return found
 
-    def place(self, at: Any, k: int) -> str:
+    def _place(self, at: Any, k: int) -> str:
         """The arguments at one point, for a message."""
         pairs = zip(self.first, at)
         return ", ".join(f"{name} = {one[k]:.6g}" for name, one in pairs)
@@ -252,10 +252,14 @@ class FluxLaw(UserLaw):
         self.check()
         self._require_fields()
 
+    def values(self, at: Array, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the flux at arguments (5, n), (n,)."""
+        return self._values(at, given)
+
     def slopes(self, at: Array, given: Mapping[str, Any]) -> Array:
         """Differentiate the flux by its arguments (5, n), (n, 5)."""
         if self.derivatives is not None:
-            return self.given_slopes(at, given)
+            return self._given_slopes(at, given)
         columns = [self._complex_step(at, given, k) for k in range(len(at))]
         return np.stack(columns, axis=1)
 
@@ -272,7 +276,7 @@ class FluxLaw(UserLaw):
             with warnings.catch_warnings():
                 # A law that drops imaginary parts is found by its check
                 warnings.simplefilter("ignore")
-                q = np.asarray(self.evaluate("law", shifted, given))
+                q = np.asarray(self._evaluate("law", shifted, given))
         except (TypeError, ValueError) as error:
             raise ContactError(
                 f"Flux.law does not take a complex {ARGUMENTS[k]}, by which it is "
@@ -282,7 +286,7 @@ class FluxLaw(UserLaw):
         if not np.isfinite(slope).all():
             raise ContactError(
                 f"Flux.law has no finite derivative by {ARGUMENTS[k]} at "
-                f"{self.place(at, int(np.argmin(np.isfinite(slope))))}: give derivatives"
+                f"{self._place(at, int(np.argmin(np.isfinite(slope))))}: give derivatives"
             )
         return slope
 
@@ -359,7 +363,7 @@ class FluxLaw(UserLaw):
             )
         return (
             f"dq/d{ARGUMENTS[k]} of {given_by} is {found[worst]:.6g} at "
-            f"{self.place(at, worst)}, and differences of Flux.law give "
+            f"{self._place(at, worst)}, and differences of Flux.law give "
             f"{difference:.6g}: {remedy}"
         )
 

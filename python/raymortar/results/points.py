@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 
 from ..compat import Array
 from ..discretization.joined import parts_of
-from ..errors import ContactError, ContactWarning, as_path, is_whole_number, together
+from ..errors import ContactError, as_path, is_whole_number, together, warn
 from ..interface import point_results as at_points
 from ..interface.pairs import PairTable, as_label
 from ..interface.zone_data import ZoneData
@@ -140,11 +139,10 @@ class PointResults:
         unsolved = all(one.updates == one.updates_for_room for one in presents)
         if unsolved and self._says_unsolved:
             self._says_unsolved = False
-            warnings.warn(
+            warn(
                 "nothing has been solved yet: contact forces are those of the start, "
                 "zero but for a penalty's in overlaps",
-                ContactWarning,
-                stacklevel=3,
+                3,
             )
 
     def write_segments(self, path: str | Path) -> None:
