@@ -117,13 +117,13 @@ struct ShareWeight
 };
 
 /// Beyond the rim a tie acts at once where the rim enters a facet. Within, it
-/// begins with s^2: a node there must not feel that a tie begins
+/// begins with s^2, so that no row there jumps  [theory (4.34)]
 ShareWeight tie_weight(double share, RimSide side)
 {
   const double left = 1.0 - share, square = left * left;
   if (side == RimSide::beyond)
     return {square, -2.0 * left};
-  constexpr int steepness = 32; // it is at 3/4 from s = 0.2 on
+  constexpr int steepness = 32; // at s = 0.2 it is at 73 %
   const double chord = 1.0 - share * share;
   const double rest = std::pow(chord, steepness - 1);
   return {square * (1.0 - chord * rest),
