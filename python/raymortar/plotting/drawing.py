@@ -191,8 +191,10 @@ def draw_pressure(
     polygons = joined((at, covered))
     tractions = joined((traction, traction_there))[order]
     pressure = np.linalg.norm(tractions, axis=2, keepdims=True)
-    shown = {"top": top, "cmap": PRESSURE_MAP, "outlines": at @ frame.T}
-    colours = draw_field(axes, polygons[order] @ frame.T, pressure, **shown)
+    drawn, outlines = polygons[order] @ frame.T, at @ frame.T
+    colours = draw_field(
+        axes, drawn, pressure, top=top, cmap=PRESSURE_MAP, outlines=outlines
+    )
     xlabel, ylabel = (options.length(name_of(one)) for one in frame)
     axes.set(xlabel=xlabel, ylabel=ylabel)
     if not closed.any():
