@@ -182,9 +182,9 @@ def draw_pressure(
         areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
         across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
     across = across / np.linalg.norm(across)
-    if np.abs(across).max() > NEAR:  # for axes with the coordinates of their names
-        across = np.round(across)
     frame = plane_of(across)
+    if (np.abs(frame).max(axis=1) > NEAR).all():
+        frame = np.round(frame)  # axes have the coordinates of their names
     # Facets nearer to the eye hide others; covered parts are on their facets
     depth = at.mean(axis=1) @ across
     order = np.argsort(np.append(depth, depth[facet]), kind="stable")
