@@ -182,17 +182,19 @@ def draw_pressure(
         areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
         across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
     across = across / np.linalg.norm(across)
-    if np.abs(across).max() > NEAR:  # for axes with the coordinates of their names
-        across = np.round(across)
     frame = plane_of(across)
+    if (np.abs(frame).max(axis=1) > NEAR).all():
+        frame = np.round(frame)  # axes have the coordinates of their names
     # Facets nearer to the eye hide others; covered parts are on their facets
     depth = at.mean(axis=1) @ across
     order = np.argsort(np.append(depth, depth[facet]), kind="stable")
     polygons = joined((at, covered))
     tractions = joined((traction, traction_there))[order]
     pressure = np.linalg.norm(tractions, axis=2, keepdims=True)
-    shown = {"top": top, "cmap": PRESSURE_MAP, "outlines": at @ frame.T}
-    colours = draw_field(axes, polygons[order] @ frame.T, pressure, **shown)
+    drawn, outlines = polygons[order] @ frame.T, at @ frame.T
+    colours = draw_field(
+        axes, drawn, pressure, top=top, cmap=PRESSURE_MAP, outlines=outlines
+    )
     xlabel, ylabel = (options.length(name_of(one)) for one in frame)
     axes.set(xlabel=xlabel, ylabel=ylabel)
     if not closed.any():

@@ -48,10 +48,10 @@ def plot(
     In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
     normal and tangential traction at the integration points along the slave surfaces,
     in one colour a pair. In 3D: the bodies' surfaces, sections of the rigid tools next
-    to them, and the pressure on the slave surfaces, seen along the mean normal of the
-    points in contact and zoomed to these; where facets are covered in part, on that
-    part. Edges of degree 2 are arcs. Rank 0 gathers
-    all that is drawn, so large meshes may not fit; write those by `io.write_xdmf`.
+    to them, and the pressure on what is covered of the slave surfaces, seen along the
+    mean normal of the points in contact and zoomed to these. Edges of degree 2 are
+    arcs. Rank 0 gathers all that is drawn, so large meshes may not fit; write those by
+    `io.write_xdmf`.
 
     Parameters
     ----------
