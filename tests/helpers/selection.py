@@ -42,7 +42,7 @@ def of_a_push(items, long_ones, ranks):
 
 
 def of_each_file(items, long_ones):
-    """Of each file's functions every third, and what is ``quick`` or ``many_ranks``.
+    """Of each file's functions every fourth, and what is ``quick`` or ``many_ranks``.
 
     Those of a file have one subject, and all of them run on one rank. A function of
     which a member is long runs where the file has no other.
@@ -56,7 +56,7 @@ def of_each_file(items, long_ones):
     kept = set()
     for _, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
         names = list(dict.fromkeys(map(_function, found)))
-        kept.update([name for name in names if name not in long][::3] or names[:1])
+        kept.update([name for name in names if name not in long][::4] or names[:1])
     left_out = {item for item in thinned if _function(item) not in kept}
     return [item for item in items if item not in left_out]
 

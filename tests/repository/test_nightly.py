@@ -79,13 +79,13 @@ def test_of_a_family_that_is_named_two_unlike_members_run():
     assert {params["cell"] for pair in pairs for params in pair} == set(CELLS)
 
 
-def test_on_several_ranks_a_file_runs_every_third_function_and_what_is_quick():
+def test_on_several_ranks_a_file_runs_every_fourth_function_and_what_is_quick():
     quick = [member("t.py::test_quick", "quick")]
     functions = [family(f"t.py::test_{i}") for i in range(8)]
     others = [family(f"other.py::test_{i}") for i in range(3)]
     items = sum([functions[0], quick, *functions[1:], *others], [])
     long = {functions[1][0].nodeid, *(f"other.py::test_{i}" for i in range(3))}
-    expected = [functions[0], quick, functions[4], functions[7], others[0]]
+    expected = [functions[0], quick, functions[5], others[0]]
     assert of_each_file(items, long) == sum(expected, [])
 
 
