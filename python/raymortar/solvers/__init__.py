@@ -10,6 +10,11 @@
 - petsc_objects: PETSc options, and solvers within solvers
 """
 
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import warn
 from .automatic import (
     MOST_DIRECT,
     MULTIGRIDS,
@@ -34,6 +39,7 @@ from .petsc_objects import attach
 __all__ = [
     "BodiesPreconditioner",
     "CondensedPreconditioner",
+    "ContactPreconditioner",
     "KeptFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
@@ -50,3 +56,16 @@ __all__ = [
     "surface_stiffness",
     "with_fallback",
 ]
+
+# Names of the last release, each with what stands for it
+_OLDER = {"LaggedFactorsSolver": SolverWithFallback, "SPRINGS": 10.0}
+
+
+def __getattr__(name: str) -> Any:
+    """Look up a name that goes in the next release, with a warning."""
+    if name not in _OLDER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warn(
+        f"raymortar.solvers.{name} has no use any more: it goes in the next release", 2
+    )
+    return _OLDER[name]

@@ -162,6 +162,14 @@ def test_lagged_factors_are_those_of_each_tangent():
         assert solvers.lagged_factors(lagged_most=3) == solvers.direct()
 
 
+@pytest.mark.parametrize("name", ["LaggedFactorsSolver", "SPRINGS"])
+def test_names_of_the_last_release_are_there(name):
+    with pytest.warns(ContactWarning, match=f"{name} has no use any more"):
+        assert getattr(solvers, name)
+    with pytest.raises(AttributeError, match="no attribute 'lagged'"):
+        solvers.lagged
+
+
 def test_a_fixed_point_is_newtons_method():
     solver = SNESSolver(blocks("augmented", None, n=1).problem)
     with pytest.warns(ContactWarning, match="is the solver itself"):
