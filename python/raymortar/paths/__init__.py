@@ -5,7 +5,7 @@
   behind one interface
 - control: what a user chooses to lead a path
 - strategies: ways that are tried before a step is halved
-- prediction: starts of steps
+- prediction: starts of steps, and the way that goes first
 - soft_stick: first tangents in which slip fronts run
 - stabilization: viscous forces that fade
 - energy_balance: balance that tells a path of equilibria from a jump

@@ -1,4 +1,4 @@
-"""Start of a step: the last accepted state, or the place where the last steps lead."""
+"""What earlier steps teach: where the next one starts, and which way goes first."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from .load_path import PrescribedPath
 ROUNDING = 1e-10
 # Most steps for which something is left out
 LONGEST = 8
+# Steps in a row that a way solves after the plain solver failed, until it goes first
+ENOUGH = 2
 
 
 class Prediction:
@@ -142,3 +144,36 @@ class Backoff:
     def reset(self) -> None:
         """Forget all failures."""
         self._length = self._left = 0
+
+
+class Lessons:
+    """Remembers what solved the last steps of a path.
+
+    A way that solved two steps in a row, in which the plain solver failed, goes first
+    for 2 steps, then for 4 and 8. Between, the plain solver is tried again, and stays
+    as soon as it works.
+    """
+
+    def __init__(self, plain: str) -> None:
+        self._plain = self._way = plain
+        self._in_row, self._backoff = 0, Backoff()  # of the plain solver
+
+    @property
+    def another_leads(self) -> bool:
+        """Whether another way than the plain solver has solved the last steps."""
+        return self._in_row >= ENOUGH
+
+    def first(self) -> str:
+        """Name the way to begin this step with."""
+        if not self.another_leads or not self._backoff.rests():
+            return self._plain
+        return self._way
+
+    def solved(self, way: str, plain_failed: bool) -> None:
+        """Note which way solved a step, and whether the plain solver failed in it."""
+        if way != self._way:
+            self._way, self._in_row = way, 0
+            self._backoff.reset()
+        self._in_row += way != self._plain
+        if plain_failed:
+            self._backoff.failed()

@@ -20,7 +20,7 @@ from ..solvers.snes import SNESSolver
 from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .prediction import Prediction
+from .prediction import Lessons, Prediction
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
@@ -132,6 +132,7 @@ def with_line_search(solver: Any) -> SNESSolver | None:
 class Strategies:
     """Solve steps: first by the solver as it was given, after a failure in other ways.
 
+    A way that solved the last steps after such failures goes first, see `Lessons`.
     `trying` is called with the name of each other way before it is tried. After a step
     `used` is the name of the way that solved it, and `released` the energy that it has
     set free in a snap, found by another way.
@@ -157,6 +158,7 @@ class Strategies:
         # Takes a user's own state back to the last accepted step
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
+        self._lessons = Lessons(FULL)
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -172,8 +174,11 @@ class Strategies:
         try:
             iterations = self._held(now)
             if iterations is None:
+                iterations = self._as_last(now)
+            if iterations is None:
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
+                self._lessons.solved(FULL, plain_failed=False)
             return iterations
         except FAILURES as failure:
             tries_others = self._automatic and self._asked_for is None
@@ -184,6 +189,7 @@ class Strategies:
             iterations = self._otherwise(now)
             if iterations is None:
                 raise
+            self._lessons.solved(self.used, plain_failed=True)
             return iterations
         finally:
             convergence.patient = True
@@ -218,6 +224,16 @@ class Strategies:
                 raise
         self._contact.restore(now)
         return self._by_small_gamma()
+
+    def _as_last(self, now: State) -> int | None:
+        """Solve by a small gamma if that solved the last steps; return None if it is
+        not its turn, or fails."""
+        if self._lessons.first() != SMALL_GAMMA:
+            return None
+        iterations = self._attempt(SMALL_GAMMA, self._by_small_gamma, now)
+        if iterations is None:
+            self.restore(now)
+        return iterations
 
     def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
@@ -291,8 +307,9 @@ class Strategies:
         """Solve by the solver as it was given, from where the last step leads first."""
         was, self.used = self.used, FULL
         prediction = self._prediction
-        # After a step of another way the last change tells little of the next one
-        if prediction and last is not None and (prediction.always or was == FULL):
+        # After steps of another way a smooth path may need no more than a better start
+        goes_on = was == FULL or self._lessons.another_leads
+        if prediction and last is not None and (prediction.always or goes_on):
             if prediction.leads_on(now, last, ratio):
                 iterations = self._from_ahead(prediction, now)
                 if iterations is not None:

@@ -138,17 +138,29 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
 
 
 @pytest.mark.mpi
-def test_the_plain_solver_goes_first_in_every_step(monkeypatch):
+def test_what_solved_two_steps_goes_first(monkeypatch):
     problem, steps = top_moves("triangle", SOLVERS[0], steps=6, extrapolate=False)
     failing, path, taken = Failing(monkeypatch, problem), iter(steps), []
     next(path)
-    for failures in (1, 1, 1, 0, 0):
+    for failures in (1, 1, 0, 0, 0):
         failing.left = failures
         step = next(path)
         taken.append((step.strategy, step.solves))
-    # Each failed try begins no solve here
-    assert taken == 3 * [(SMALL_GAMMA, 2)] + 2 * [(FULL, 1)]
+    # Each failed try before it begins no solve here. Then it goes first for two steps,
+    # and in the third the plain solver works again
+    assert taken == 4 * [(SMALL_GAMMA, 2)] + [(FULL, 1)]
     assert steps.halvings == 0
+
+
+@pytest.mark.mpi
+def test_a_way_that_fails_at_once_gives_way_to_the_others(monkeypatch):
+    problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
+    failing, path, taken = Failing(monkeypatch, problem), iter(steps), []
+    next(path)
+    for failures in (1, 1, 1):
+        failing.left = failures
+        taken.append(next(path).strategy)
+    assert taken == [SMALL_GAMMA, SMALL_GAMMA, FULL]
 
 
 @pytest.mark.mpi
