@@ -16,7 +16,6 @@ from ..discretization.facets import FACETS_PER_CELL
 from ..discretization.joined import places_of
 from ..errors import (
     ContactError,
-    described,
     is_real_number,
     new_file,
     raise_everywhere,
@@ -28,6 +27,7 @@ from ..interface.state import JointState
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
 from .history import History
+from .output import by_mesh
 from .patch_columns import rigid_bodies
 from .tables import Rows, Table, read_head, read_tables, write_tables
 
@@ -96,19 +96,8 @@ class Checkpoint:
             self.path = new_file(self._comm, file)
             if history is not None and not isinstance(history, History):
                 raise ContactError(f"history must be a History, not {history!r}")
-            if not isinstance(more, (list, tuple)):
-                raise ContactError(
-                    f"more must be a list of Functions, not {described(more)}"
-                )
-            self._more = list(more)
-            for f in more:
-                on = [
-                    isinstance(f, Function) and compat.on_mesh(f, m)
-                    for m in self._meshes
-                ]
-                if not any(on):
-                    text = "is no Function on the mesh of a displacement"
-                    raise ContactError(f"more has {described(f)}, which {text}")
+            by_mesh(more, self._meshes)  # or it raises
+        self._more = list(more)
         require_agreement(
             self._comm, file=str(file), more=len(more), history=history is not None
         )

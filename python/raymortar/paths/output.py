@@ -85,7 +85,8 @@ class Output:
             self.path = path = new_file(self._comm, file)
             if path.suffix not in ENDINGS:
                 raise ContactError(f"{path} must end in .pvd or .xdmf")
-            self._more = self._by_mesh(more)
+            meshes = [part.function_space.mesh for part in self._parts]
+            self._more = by_mesh(more, meshes)
             if not is_truth_value(segments):
                 raise ContactError(f"segments must be True or False, not {segments!r}")
             if update is not None and not callable(update):
@@ -93,24 +94,6 @@ class Output:
         require_agreement(self._comm, output=str(file), segments=bool(segments))
         self._update = update
         self.segments, self.steps = bool(segments), 0
-
-    def _by_mesh(self, more: Any) -> list[list[Function]]:
-        """Further Functions by mesh."""
-        if not isinstance(more, (list, tuple)):
-            raise ContactError(
-                f"more must be a list of Functions, not {described(more)}"
-            )
-        meshes = [part.function_space.mesh for part in self._parts]
-        found: list[list[Function]] = [[] for _ in meshes]
-        for f in more:
-            here = [isinstance(f, Function) and compat.on_mesh(f, m) for m in meshes]
-            if not any(here):
-                raise ContactError(
-                    f"more has {described(f)}, which is no Function on the mesh of a "
-                    "displacement"
-                )
-            found[here.index(True)].append(f)
-        return found
 
     def write(self, time: float) -> None:
         """Add the present state, after a solve and before `Contact.advance`.
@@ -174,3 +157,19 @@ def check_output(output: Any, problem: CoupledProblem) -> Output | None:
     if output.problem is not problem:
         raise ContactError("output is of another problem than the solver")
     return output
+
+
+def by_mesh(more: Any, meshes: Sequence[Any]) -> list[list[Function]]:
+    """Sort further Functions, `more`, by the mesh of a displacement that each is on."""
+    if not isinstance(more, (list, tuple)):
+        raise ContactError(f"more must be a list of Functions, not {described(more)}")
+    found: list[list[Function]] = [[] for _ in meshes]
+    for f in more:
+        here = [isinstance(f, Function) and compat.on_mesh(f, m) for m in meshes]
+        if not any(here):
+            raise ContactError(
+                f"more has {described(f)}, which is no Function on the mesh of a "
+                "displacement"
+            )
+        found[here.index(True)].append(f)
+    return found
