@@ -5,7 +5,7 @@ namespace raymortar
 {
 namespace
 {
-/// What ties the multiplier of a node, in all  [theory (4.24), (4.34)]
+/// The sum of all ties of a node's multiplier  [theory (4.24), (4.34)]
 template <int D>
 struct NodeTie
 {
@@ -15,7 +15,7 @@ struct NodeTie
 
   NodeTie(const NodeSums& sums, Index node)
   {
-    // Where a corner of the master has passed a node this is covered
+    // A quarter is covered as soon as a corner of the master has passed the node
     const double full = 0.25 * sums.at(node, NodeSum::whole);
     const double left =
         std::max(0.0, 1.0 - sums.at(node, NodeSum::area) / full);
