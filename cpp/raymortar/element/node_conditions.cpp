@@ -15,7 +15,8 @@ struct NodeTie
 
   NodeTie(const NodeSums& sums, Index node)
   {
-    // A quarter is covered as soon as a corner of the master has passed the node
+    // A quarter is covered as soon as a corner of the master has passed the
+    // node
     const double full = 0.25 * sums.at(node, NodeSum::whole);
     const double left =
         std::max(0.0, 1.0 - sums.at(node, NodeSum::area) / full);

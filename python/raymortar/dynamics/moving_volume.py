@@ -55,7 +55,7 @@ class MovingVolume:
 
     @property
     def kept(self) -> Any:
-        """Give what keeps a linear tangent: this object, or None."""
+        """The keeper of a linear tangent: this object, or None."""
         return self if self.is_linear else None
 
     @property
