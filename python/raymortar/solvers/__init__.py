@@ -39,7 +39,6 @@ from .petsc_objects import attach
 __all__ = [
     "BodiesPreconditioner",
     "CondensedPreconditioner",
-    "ContactPreconditioner",
     "KeptFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
