@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from math import fsum
 
-from .formats import Row, Table, brief, grouped, spaced, table
+from .formats import Row, Table, brief, grouped, once, spaced, table
 
 
 def _millions(count: str, digits: int) -> str:
@@ -149,6 +149,53 @@ def kept_factors(rows: list[Row]) -> Table:
                 cells += [f"{float(row['seconds']):.1f}", row["megabytes"]]
             lines.append([*cells, f"**{ratio:.1f}**"])
     return lines
+
+
+@table("parallel/lagged.csv")
+def lagged_factors(rows: list[Row]) -> Table:
+    """Whole paths with MUMPS and with lagged factors."""
+    names = {
+        "flat": "shallow ironing, 2D, 40 steps",
+        "solid": "ironing, 3D, hexahedra 1, 14 steps",
+    }
+    lines = [
+        [
+            "path",
+            "unknowns",
+            "Newton: MUMPS",
+            "s",
+            "Newton: lagged",
+            "factorisations",
+            "GMRES, each",
+            "s",
+            "times faster",
+        ]
+    ]
+    pairs = list(zip(rows[::2], rows[1::2]))
+    for name, (direct, lagged) in zip(
+        once(names[row["case"]] for row, _ in pairs), pairs
+    ):
+        ratio = float(direct["seconds"]) / float(lagged["seconds"])
+        faster = f"{ratio:.1f}"
+        lines.append(
+            [
+                name,
+                spaced(direct["unknowns"]),
+                direct["newton"],
+                _seconds(direct["seconds"]),
+                lagged["newton"],
+                lagged["factorisations"],
+                lagged["krylov"],
+                _seconds(lagged["seconds"]),
+                f"**{faster}**" if faster != "1.0" else faster,
+            ]
+        )
+    return lines
+
+
+def _seconds(value: str) -> str:
+    """Seconds to a tenth, from a hundred on to a second."""
+    return f"{float(value):.0f}" if float(value) >= 100 else f"{float(value):.1f}"
 
 
 @table("parallel/condensed.csv")

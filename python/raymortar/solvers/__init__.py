@@ -4,6 +4,7 @@
 - newton, snes: `NewtonSolver`, `SNESSolver`
 - automatic: PETSc options of linear solvers, and the default
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
+- lagged_factors: the factors of an earlier tangent as preconditioner
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
 - condensed: a preconditioner of condensed systems
@@ -21,7 +22,6 @@ from .automatic import (
     SolverWithFallback,
     direct,
     iterative,
-    lagged_factors,
     linear_options,
     with_fallback,
 )
@@ -33,6 +33,7 @@ from .elimination import (
     surface_stiffness,
 )
 from .kept_factors import KeptFactorsSolver, kept_factors
+from .lagged_factors import LaggedFactorsSolver, lagged_factors
 from .levels import near_nullspace, rigid_motions
 from .petsc_objects import attach
 
@@ -40,6 +41,7 @@ __all__ = [
     "BodiesPreconditioner",
     "CondensedPreconditioner",
     "KeptFactorsSolver",
+    "LaggedFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
     "SolverWithFallback",
@@ -56,15 +58,12 @@ __all__ = [
     "with_fallback",
 ]
 
-# Names of the last release, each with what stands for it
-_OLDER = {"LaggedFactorsSolver": SolverWithFallback, "SPRINGS": 10.0}
-
 
 def __getattr__(name: str) -> Any:
     """Look up a name that goes in the next release, with a warning."""
-    if name not in _OLDER:
+    if name != "SPRINGS":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     warn(
-        f"raymortar.solvers.{name} has no use any more: it goes in the next release", 2
+        "raymortar.solvers.SPRINGS has no use any more: it goes in the next release", 2
     )
-    return _OLDER[name]
+    return 10.0

@@ -16,6 +16,7 @@ from ..errors import ContactWarning
 from ..problem import CoupledProblem
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
+from .lagged_factors import lagged_factors
 from .petsc_objects import DIRECT, InnerSolvers, attach, nested
 
 log = logging.getLogger("raymortar")
@@ -29,6 +30,10 @@ MOST_DIRECT = {1: 40_000, 2: 20_000}
 # solver's, and the share of its operations that they may take (measured:
 # docs/measured/linear_bodies.md)
 LEAST_KEPT, MOST_KEPT = 2_000, 0.7
+
+# Least and most unknowns, by dimension, for which lagged factors are faster than the
+# direct solver. The solvers above come first (docs/measured/solving.md)
+LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
@@ -125,23 +130,6 @@ def inexact(first: float = INEXACT) -> dict[str, Any]:
     return {"snes_ksp_ew": True, **ends}
 
 
-def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
-    """PETSc options of the direct solver, with a warning.
-
-    Factors of an earlier tangent as GMRES's preconditioner made whole paths 1.0 to 1.3
-    times faster. The name goes in the next release.
-
-    Parameters
-    ----------
-    package
-        What factorises: ``"mumps"``, or another direct solver of PETSc's.
-    options
-        Left out.
-    """
-    _warn_of_name("lagged_factors()", "direct()")
-    return {**direct(), "pc_factor_mat_solver_type": package}
-
-
 def _warn_of_name(old: str, new: str) -> None:
     """Warn of a name that stands for another one until the next release."""
     text = f"{old} is {new}, which takes no longer: its name goes in the next release"
@@ -198,6 +186,7 @@ def linear_options(
         return direct()
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
+    least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
     most_direct = np.inf
     if contact.unknowns.is_plain and dim == 3:
@@ -212,6 +201,12 @@ def linear_options(
         and problem.volume.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
+    elif least <= unknowns <= most:
+        # In small problems of 2D a solve with UMFPACK's factors takes a third of the
+        # time of MUMPS', which works on several ranks
+        alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
+        options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
+        name = "GMRES with lagged factors"
     if comm.rank == 0:
         log.info("linear solver of %d unknowns: %s", unknowns, name)
     return options

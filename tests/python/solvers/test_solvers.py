@@ -157,15 +157,9 @@ def test_older_names_are_the_one_that_stays(name):
         assert solvers.iterative(name) == solvers.iterative()
 
 
-def test_lagged_factors_are_those_of_each_tangent():
-    with pytest.warns(ContactWarning, match="is direct"):
-        assert solvers.lagged_factors(lagged_most=3) == solvers.direct()
-
-
-@pytest.mark.parametrize("name", ["LaggedFactorsSolver", "SPRINGS"])
-def test_names_of_the_last_release_are_there(name):
-    with pytest.warns(ContactWarning, match=f"{name} has no use any more"):
-        assert getattr(solvers, name)
+def test_a_name_of_the_last_release_is_there():
+    with pytest.warns(ContactWarning, match="SPRINGS has no use any more"):
+        assert solvers.SPRINGS
     with pytest.raises(AttributeError, match="no attribute 'lagged'"):
         solvers.lagged
 
