@@ -41,8 +41,8 @@ class ContactWarning(UserWarning):
 
 
 def warn(text: str, level: int) -> None:
-    """Warn of what is not to be trusted. The level of `warnings.warn` is seen from the
-    caller."""
+    """Warn with `ContactWarning`. Level 1 is the line that calls this function, as with
+    ``stacklevel`` of `warnings.warn`."""
     warnings.warn(text, ContactWarning, stacklevel=level + 1)
 
 
@@ -255,7 +255,7 @@ def choice(name: str, value: Any, names: tuple[str, ...]) -> str:
 
 
 def of_type(name: str, value: Any, kind: type, wanted: str) -> None:
-    """Raise unless a value is of a type, which messages call as is wanted."""
+    """Raise unless a value is of a type, which the message calls ``wanted``."""
     if not isinstance(value, kind):
         raise ContactError(f"{name} must be {wanted}, not {type(value).__name__}")
 

@@ -28,8 +28,8 @@ struct CoverData
   double shear_modulus = 0.0;
 };
 
-/// @brief Which nodes of a partly covered facet a tie acts on: the weights of
-/// (5.10) and of (4.34).
+/// @brief Side of the rim where nodes of a partly covered facet are. It chooses
+/// the weight of their tie: (5.10) beyond the rim, (4.34) within.
 enum class RimSide
 {
   beyond,

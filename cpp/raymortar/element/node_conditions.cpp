@@ -183,10 +183,7 @@ void append(const Matrix& m, std::vector<double>& values)
     for (Eigen::Index j = 0; j < m.cols(); ++j)
       values.push_back(m(i, j));
 }
-} // namespace
 
-namespace
-{
 template <int D>
 std::vector<double> all_ties(const ContactState& s)
 {

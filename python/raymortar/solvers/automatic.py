@@ -12,7 +12,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..errors import ContactWarning
+from ..errors import ContactWarning, warn
 from ..problem import CoupledProblem
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
@@ -133,7 +133,7 @@ def inexact(first: float = INEXACT) -> dict[str, Any]:
 def _warn_of_name(old: str, new: str) -> None:
     """Warn of a name that stands for another one until the next release."""
     text = f"{old} is {new}, which takes no longer: its name goes in the next release"
-    warnings.warn(text, ContactWarning, stacklevel=3)
+    warn(text, 3)
 
 
 def with_fallback(**options: Any) -> dict[str, Any]:

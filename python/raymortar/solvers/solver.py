@@ -22,6 +22,7 @@ from ..errors import (
     raise_everywhere,
     require_agreement,
     together,
+    warn,
 )
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
@@ -257,10 +258,9 @@ def FixedPointSolver(solver: CoupledSolver, max_outer: int = 20) -> CoupledSolve
     max_outer
         Left out.
     """
-    warnings.warn(
+    warn(
         "FixedPointSolver(solver) is the solver itself, which takes no longer: its name "
         "goes in the next release",
-        ContactWarning,
-        stacklevel=2,
+        2,
     )
     return solver
