@@ -23,7 +23,7 @@ struct BoundFields
   }
 };
 
-py::dict points(const Zone& z, const BoundFields& f)
+py::dict points_of_flux(const Zone& z, const BoundFields& f)
 {
   const FluxPoints p = flux_points(z.state(), f.fields());
   const IntegrationPoints& all = z.state().points;
@@ -68,7 +68,7 @@ void bind_flux(py::module_& m)
                             Field{"slave_degree", &BoundFields::slave_degree},
                             Field{"master_degree", &BoundFields::master_degree},
                             Field{"tool", &BoundFields::tool});
-  m.def("flux_points", &points);
+  m.def("flux_points", &points_of_flux);
   m.def("flux_residual",
         [](const Zone& z, const BoundFields& f, const Array<double>& q,
            double slave_heat, double target_heat)

@@ -13,7 +13,7 @@ namespace
 constexpr double smallest_share = 5e-3;
 
 /// Nodal values of the monomials of one total degree, of which there are three
-using Monomials =
+using PowersOnFacet =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 9, 3>;
 using Pencil = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 
@@ -88,12 +88,12 @@ Eigenpairs eigenpairs(const Pencil& A, const Pencil& B)
 }
 
 /// @param[in] largest Degree of the displacement
-Monomials monomials(Shape shape, int largest, int degree,
+PowersOnFacet powers_on_facet(Shape shape, int largest, int degree,
                     const std::vector<Vec<2>>& places)
 {
   const bool is_product = shape == Shape::quadrilateral;
   const auto nodes = static_cast<Eigen::Index>(places.size());
-  Monomials columns(nodes, 0);
+  PowersOnFacet columns(nodes, 0);
   for (int k = std::min(degree, largest); k >= 0; --k)
   {
     const int j = degree - k;
@@ -134,7 +134,7 @@ namespace
 {
 /// Sum of columns, times factors
 Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>
-combination(const Monomials& of, const Vec<3>& factors)
+combination(const PowersOnFacet& of, const Vec<3>& factors)
 {
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1> sum =
       factors[0] * of.col(0);
@@ -154,10 +154,10 @@ FacetMatrix polynomials_on_part(Shape shape, int degree,
   FacetMatrix found(part.rows(), 0);
   for (int total = 0; total <= last; ++total)
   {
-    Monomials block = monomials(shape, degree, total, places);
+    PowersOnFacet block = powers_on_facet(shape, degree, total, places);
     if (block.cols() == 0)
       break;
-    const Monomials weighted = part.lazyProduct(block);
+    const PowersOnFacet weighted = part.lazyProduct(block);
     block -= found.lazyProduct(found.transpose().lazyProduct(weighted));
     const Pencil on_part =
         block.transpose().lazyProduct(part.lazyProduct(block));

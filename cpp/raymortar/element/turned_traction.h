@@ -12,14 +12,6 @@ namespace raymortar
   return a.cross(b);
 }
 
-/// @brief The matrix of b -> a x b.
-[[nodiscard]] inline Mat<3, 3> cross_matrix(const Vec<3>& a)
-{
-  Mat<3, 3> m;
-  m << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
-  return m;
-}
-
 /// @brief The traction v of the old surface, turned with the surface.
 ///
 /// Let A = sum_i t_i (x) t_0^i take old tangent vectors to present ones. The

@@ -20,6 +20,14 @@ namespace raymortar
   return t.col(0).cross(t.col(1));
 }
 
+/// @brief The matrix of b -> a x b.
+[[nodiscard]] inline Mat<3, 3> cross_matrix(const Vec<3>& a)
+{
+  Mat<3, 3> m;
+  m << 0.0, -a[2], a[1], a[2], 0.0, -a[0], -a[1], a[0], 0.0;
+  return m;
+}
+
 /// @brief Geometry of a facet at one point xi.
 template <int D>
 struct Frame

@@ -4,7 +4,7 @@ namespace raymortar
 {
 namespace
 {
-Unknowns unknowns_of(const ContactState& s, std::size_t e)
+Unknowns tied_unknowns(const ContactState& s, std::size_t e)
 {
   return element_unknowns(s.elements.slave[e], s.elements.master[e]);
 }
@@ -38,7 +38,7 @@ Work TieTerm::residual(const ContactState& s, VectorSink& sink) const
       [&](std::size_t e, const double* block, int size)
       {
         ++work.computed;
-        sink.add(unknowns_of(s, e), {block, static_cast<std::size_t>(size)});
+        sink.add(tied_unknowns(s, e), {block, static_cast<std::size_t>(size)});
       });
   return work;
 }
@@ -47,11 +47,11 @@ Work TieTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
   std::vector<std::size_t> wanted;
   for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (s.elements.master[e] != no_index and sink.wants(unknowns_of(s, e)))
+    if (s.elements.master[e] != no_index and sink.wants(tied_unknowns(s, e)))
       wanted.push_back(e);
   _kernel->tangent(s, wanted,
                    [&](std::size_t e, const double* block, int)
-                   { sink.add(unknowns_of(s, e), unknowns_of(s, e), block); },
+                   { sink.add(tied_unknowns(s, e), tied_unknowns(s, e), block); },
                    {});
   return {static_cast<std::int64_t>(wanted.size()), 0};
 }

@@ -1,4 +1,5 @@
 #include "raymortar/rigid/turning.h"
+#include "raymortar/geometry/frame.h"
 #include <cmath>
 
 namespace raymortar
@@ -52,13 +53,6 @@ Series versine_over_square(double s)
               (4.0 * s * s * s)};
 }
 } // namespace
-
-Mat<3, 3> cross_matrix(const Vec<3>& v)
-{
-  Mat<3, 3> matrix;
-  matrix << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0;
-  return matrix;
-}
 
 Vec<3> axial(const Mat<3, 3>& m)
 {

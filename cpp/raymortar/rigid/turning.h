@@ -6,9 +6,6 @@
 
 namespace raymortar
 {
-/// @brief The matrix of v x.
-[[nodiscard]] Mat<3, 3> cross_matrix(const Vec<3>& v);
-
 /// @brief The vector v whose cross product is the skew part of a matrix.
 [[nodiscard]] Vec<3> axial(const Mat<3, 3>& matrix);
 
