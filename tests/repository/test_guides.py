@@ -109,6 +109,7 @@ BEFORE: dict[str, list[str | None]] = {
     ],
     "docs/from_dolfinx.md": [None],
     "docs/load_steps.md": [
+        PROBLEM,
         PROBLEM + "from types import SimpleNamespace\n"
         "material = SimpleNamespace(accept=lambda: None, go_back=lambda: None)",
         "fdim, loading = 1, fem.Constant(mesh, 0.0)\n"
@@ -203,7 +204,7 @@ SHORTER = {
     ("docs/dynamics.md", 1): ("end=1.0", "end=2e-3"),
     ("docs/fluxes.md", 3): ("steps=50", "steps=2"),
     ("docs/tie.md", 2): ("steps=10", "steps=2"),
-    ("docs/load_steps.md", 1): ("steps=40", "steps=4"),
+    ("docs/load_steps.md", 2): ("steps=40", "steps=4"),
     ("docs/output.md", 2): ("40 * (", "2 * ("),
     ("docs/output.md", 3): ("steps=20", "steps=2"),
     ("docs/parameters.md", 0): (
