@@ -249,7 +249,7 @@ def test_a_block_runs_as_printed(page, k, tmp_path, monkeypatch):
         pytest.skip("the page says that it is for later versions")
     host = inspect.signature(fem.petsc.NonlinearProblem).parameters
     if page == "docs/condensed.md" and "petsc_options_prefix" not in host and k == 1:
-        block = block[: block.index("# That of DOLFINx 0.10")]
+        block = block[: block.index("# The SNES of DOLFINx 0.10")]
     old, new = SHORTER.get((page, k), ("", ""))
     assert old in block
     (tmp_path / "meshes").symlink_to(ROOT / "meshes")
