@@ -101,13 +101,13 @@ class CoupledProblem:
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma the first
-    one sets, and several solvers one problem. A contact that is in a problem with
-    others is so in all of its problems.
+    One contact may belong to several problems, of which the first sets the automatic
+    gamma, and one problem to several solvers. All problems of a contact have the same
+    contacts.
 
-    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
-    increment is lifted for volume and contact alike, so that the first iterate of a
-    large prescribed step knows about contact.
+    Constrained rows are rows of the identity. A Dirichlet increment is lifted for volume
+    and contact alike, so that the first iterate of a large prescribed step accounts for
+    contact.
     """
 
     def __init__(

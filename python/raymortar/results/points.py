@@ -168,9 +168,10 @@ class PointResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. With
-        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
-        has what cancels in it: see `results.Resultant`. Collective.
+        The force acts on the slave; the master feels the opposite. With
+        ``axisymmetric=True`` it is the sum over a full turn, along the axis, and
+        ``radial`` has the radial part, which cancels: see `results.Resultant`.
+        Collective.
 
         Parameters
         ----------
