@@ -72,7 +72,7 @@ class CoupledProblem:
         it once for each iterate, before residual and tangent are assembled, and when
         the problem is made. Give J, as UFL does not see how coefficients change. An
         error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
-        smaller step. Nothing of F counts as linear then.
+        smaller step. No part of F then counts as linear.
 
     Attributes
     ----------
