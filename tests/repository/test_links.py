@@ -12,6 +12,8 @@ NUMBERED = re.compile(r"\\qquad \((\d+)\.(\d+)\)$", re.MULTILINE)
 RANGE = re.compile(r"\((\d+)\.(\d+)\)(?: to \(\d+\.(\d+)\))?")
 # Lines of a page: of a guide, of any other
 LONGEST = {True: 150, False: 200}
+# Guides, and five that are none: start, installation, C++, developers, tests
+MOST = 20 + 5
 
 
 def pages():
@@ -58,6 +60,7 @@ def test_pages_are_short():
     guides = {page: len(page.parts) == 2 for page in lengths}
     too_long = {page for page, n in lengths.items() if n > LONGEST[guides[page]]}
     assert too_long == set()
+    assert sum(guides.values()) <= MOST
 
 
 @pytest.mark.quick
