@@ -5,10 +5,10 @@ import numpy as np
 
 # Coefficient of friction of the published problem
 FRICTION = 0.3
-# Peak to peak over the mean for t in [1.3, 1.7], a quartic in time taken out. It has
-# the period of the elements, and is there without friction too (docs/troubleshooting):
-# 0.13 and 0.8 % on the fine mesh (0.54 % with 500 steps), 0.04 and 0.4 % with elements
-# half as large
+# Peak to peak over the mean for t in [1.3, 1.7], less a quartic in time. It has the
+# period of the elements, with and without friction (docs/measured/comparisons.md): 0.13
+# and 0.8 % on the fine mesh (0.54 % with 500 steps), 0.04 and 0.4 % with elements half
+# as large
 RIPPLE_OF_V, RIPPLE_OF_H = 0.002, 0.01
 
 # Reactions (V, H) by time. code_aster: SSNP153b, 2 steps down and 120 along

@@ -27,9 +27,9 @@ class CondensedProblem:
     """F(u; v) + contact = 0 as a system of the user's unknowns alone. Collective.
 
     Dual multipliers balance the rows of their slave nodes, of which they are functions.
-    What is left are the rows of the form, to which the forces on masters are added, with
-    the law of contact in those of slave nodes (theory (4.30), (4.31)). So any solver for
-    F serves: ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
+    The system then has the rows of the form, with the forces on masters added, and with
+    the law of contact in the rows of slave nodes (theory (4.30), (4.31)). So any solver
+    for F works: ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
     ``dolfinx.fem.petsc.NonlinearProblem``, or one of your own, by `attach`.
 
     Parameters

@@ -55,7 +55,7 @@ class Contact(NodalFields, Interaction):
     friction
         `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree
-        Degree of the rule on each segment. None: the lowest from which more points
+        Degree of the rule on each segment. None: the lowest beyond which more points
         reduce no error, see `quadrature.default_degree`.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
@@ -92,7 +92,7 @@ class Contact(NodalFields, Interaction):
     slave_u
         Displacement on the mesh that all slave surfaces are on.
     unknowns
-        What is solved for, the displacement among it; see `unknowns.Unknowns`.
+        What is solved for, including the displacement; see `unknowns.Unknowns`.
     multiplier
         Traction on the slave: a scalar ``Function`` (normal component, negative in
         compression), a vector one in global coordinates, or None with penalty. Zero
@@ -102,8 +102,8 @@ class Contact(NodalFields, Interaction):
     layout
         Rows of the unknowns: [forms | multiplier], rank by rank.
     surfaces, results, assembly
-        Objects that this one hands over to: zones and the functions on them, results at
-        points, and what contact adds to matrices and vectors.
+        Objects that this one delegates to: zones and the functions on them, results at
+        points, and the contact terms of matrices and vectors.
 
     Raises
     ------
@@ -268,10 +268,9 @@ class Contact(NodalFields, Interaction):
     def adjust(self, within: float) -> Adjustment:
         """Make surfaces that are nearer than this just touch, without stress.
 
-        For surfaces that should touch and do not, by the noise of their meshes: what
-        is missing or too much of each gap is added to the offset. Call it before the
-        first step. What `set_offset` sets counts as wanted and stays, whether it is
-        set before or later. Collective.
+        For surfaces that should touch, but whose meshes have small gaps or overlaps:
+        these are added to the offset. Call it before the first step. Offsets of
+        `set_offset` stay, whether they are set before or later. Collective.
 
         Parameters
         ----------
@@ -309,9 +308,9 @@ class Contact(NodalFields, Interaction):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. It is what the tractions at the end of the
-        step take from the bodies. With the elastic penalty a part is stored in the
-        springs, ``stored_energy("tangential")``, and what it grows by is not lost.
+        thickness in 2D, or of a full turn. The tractions at the end of the step count.
+        With the elastic penalty the springs store a part of it, the growth of
+        ``stored_energy("tangential")``.
         """
         if self.friction is None:
             return 0.0

@@ -63,8 +63,8 @@ class Interaction(PointResults, CoupledSystem):
 
     @property
     def revision(self) -> int:
-        """Changes so far of what an assembled residual depends on, `u` and `multiplier`
-        aside: pairing, history, coefficient."""
+        """Changes so far of all that an assembled residual depends on, except `u` and
+        `multiplier`: pairing, history, coefficient."""
         return sum(map(_REVISION, self.parts))
 
     @property
@@ -176,8 +176,8 @@ class Interactions(Interaction):
     """Contacts that one problem solves for together. Collective.
 
     `NonlinearProblem.contact`, where a problem is given a list of contacts. Each keeps
-    its own multiplier, coefficient, law, search and fields. Here is what they have in
-    common, and what they do one after the other. Their zones are numbered on, in the
+    its own multiplier, coefficient, law, search and fields. This class has their common
+    results, and calls them one after the other. Zones are numbered through, in the
     order of the contacts.
 
     Parameters
@@ -193,7 +193,7 @@ class Interactions(Interaction):
     Raises
     ------
     ContactError
-        If one is there twice, or if their displacements are not the same.
+        If one is listed twice, or if their displacements are not the same.
     """
 
     def __init__(self, contacts: Sequence[Any]) -> None:

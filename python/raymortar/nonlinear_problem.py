@@ -21,7 +21,7 @@ ERROR = "snes_error_if_not_converged"
 
 
 class NonlinearProblem(CoupledProblem):
-    """F(u; v) + contact = 0, as DOLFINx's class of this name of 0.10 and later has it.
+    """Solves F(u; v) + contact = 0, like DOLFINx's class of this name from 0.10 on.
 
     ``solve()`` solves by PETSc's SNES, which is made when it is first needed:
     ``solver``, ``A``, ``b`` and ``x`` are its objects. `SNESSolver` and `NewtonSolver`
@@ -60,7 +60,7 @@ class NonlinearProblem(CoupledProblem):
         it once for each iterate, before residual and tangent are assembled, and when
         the problem is made. Give J, as UFL does not see how coefficients change. An
         error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
-        smaller step. Nothing of F counts as linear then.
+        smaller step. No part of F then counts as linear.
 
     Attributes
     ----------
@@ -80,16 +80,16 @@ class NonlinearProblem(CoupledProblem):
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma the first
-    one sets, and several solvers one problem. A contact that is in a problem with
-    others is so in all of its problems.
+    One contact may belong to several problems, of which the first sets the automatic
+    gamma, and one problem to several solvers. All problems of a contact have the same
+    contacts.
 
-    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
-    increment is lifted for volume and contact alike, so that the first iterate of a
-    large prescribed step knows about contact.
+    Constrained rows are rows of the identity. A Dirichlet increment is lifted for volume
+    and contact alike, so that the first iterate of a large prescribed step accounts for
+    contact.
 
-    ``F`` and ``J`` are functions here, which assemble residual and tangent; what
-    DOLFINx calls so are ``L`` and ``a``.
+    Here ``F`` and ``J`` are functions that assemble residual and tangent. The compiled
+    forms, which DOLFINx calls ``F`` and ``J``, are ``L`` and ``a``.
     """
 
     def __init__(

@@ -72,7 +72,7 @@ class CoupledProblem:
         it once for each iterate, before residual and tangent are assembled, and when
         the problem is made. Give J, as UFL does not see how coefficients change. An
         error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
-        smaller step. Nothing of F counts as linear then.
+        smaller step. No part of F then counts as linear.
 
     Attributes
     ----------
@@ -101,13 +101,13 @@ class CoupledProblem:
 
     Notes
     -----
-    Several problems may have one contact, whose automatic gamma the first
-    one sets, and several solvers one problem. A contact that is in a problem with
-    others is so in all of its problems.
+    One contact may belong to several problems, of which the first sets the automatic
+    gamma, and one problem to several solvers. All problems of a contact have the same
+    contacts.
 
-    Constrained rows are rows of the identity. The columns' effect of a Dirichlet
-    increment is lifted for volume and contact alike, so that the first iterate of a
-    large prescribed step knows about contact.
+    Constrained rows are rows of the identity. A Dirichlet increment is lifted for volume
+    and contact alike, so that the first iterate of a large prescribed step accounts for
+    contact.
     """
 
     def __init__(

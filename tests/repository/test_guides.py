@@ -105,10 +105,11 @@ BEFORE: dict[str, list[str | None]] = {
         "contact = raymortar.Contact(u, facets, pairs)",
         HEAT + "ball = rigid.Body(rigid.Circle((0.5, 1.3), 0.3))\n"
         "contact = raymortar.Contact(u, facets, [(tag['lower_top'], ball)])",
+        "F = residual",
     ],
     "docs/from_dolfinx.md": [None],
-    "docs/interactions.md": ["F, SEAL, GROOVE, STOP = residual, 6, 5, 3"],
     "docs/load_steps.md": [
+        PROBLEM,
         PROBLEM + "from types import SimpleNamespace\n"
         "material = SimpleNamespace(accept=lambda: None, go_back=lambda: None)",
         "fdim, loading = 1, fem.Constant(mesh, 0.0)\n"
@@ -134,7 +135,13 @@ BEFORE: dict[str, list[str | None]] = {
         PROBLEM + "plastic_strain = fem.Function(V)",
         PROBLEM,
     ],
-    "docs/parallel.md": [PROBLEM],
+    "docs/parallel.md": [
+        "from shutil import copy\ncopy('meshes/two_blocks.msh', 'press.msh')",
+        "from shutil import copy\ncopy('meshes/two_blocks.msh', 'hip.msh')\n"
+        "from raymortar import partitions\ncentre = np.zeros(3)",
+        "LENGTH = 1.0",
+        PROBLEM,
+    ],
     "docs/parameters.md": [
         "from raymortar import compat\n"
         "values = np.choose(facets.values - 3, [8, 9, 7, 3]).astype(np.int32)\n"
@@ -144,15 +151,8 @@ BEFORE: dict[str, list[str | None]] = {
         "pairs = [(names['shaft_outside'][1], names['hub_inside'][1])]\n"
         "u = fem.Function(tools.vector_space(mesh, 1))",
         PROBLEM,
-        PROBLEM + "h = 0.1",
         "",
         PROBLEM + "step = 0.0",
-    ],
-    "docs/partitions.md": [
-        "from shutil import copy\ncopy('meshes/two_blocks.msh', 'press.msh')",
-        "from shutil import copy\ncopy('meshes/two_blocks.msh', 'hip.msh')\n"
-        "from raymortar import partitions\ncentre = np.zeros(3)",
-        "LENGTH = 1.0",
     ],
     "docs/recipes.md": [None] * 5,
     "docs/recipes_solving.md": [None] * 5,
@@ -164,7 +164,6 @@ BEFORE: dict[str, list[str | None]] = {
         "meshio.write('punch.stl', meshio.Mesh(points, [('triangle', faces)]))",
         "",
     ],
-    "docs/self_contact.md": ["names = {'skin': tag['lower_top']}", "", None],
     "docs/solving.md": [
         SPACE + "def strain_of(w):\n"
         "    e = ufl.sym(ufl.grad(w))\n"
@@ -174,12 +173,13 @@ BEFORE: dict[str, list[str | None]] = {
         "    return strain, np.broadcast_to(np.eye(6), (*strain.shape, 6))",
         PROBLEM,
     ],
+    "docs/surfaces.md": ["names = {'skin': tag['lower_top']}", "", None],
     "docs/tie.md": [
         "tag = {'core': 6, 'shell': 5}",
         "glue = raymortar.Tie(u, facets, pairs)\n"
         "contact = raymortar.Contact(u, facets, pairs, raymortar.Penalty())",
+        "F, SEAL, GROOVE, STOP = residual, 6, 5, 3",
     ],
-    "docs/two_meshes.md": [None],
     "docs/unknowns.md": [
         "import basix.ufl\nmu, kappa, bcs = 1.0, 1e3, []",
         "S = tools.scalar_space(mesh, 1)\np, q = fem.Function(S), ufl.TestFunction(S)\n"
@@ -194,8 +194,8 @@ BEFORE: dict[str, list[str | None]] = {
         "]\n"
         "u, facet_tags, F, bcs = map(list, zip(*parts))\n"
         "SLAB, LEFT, RIGHT = 1, 4, 6",
+        None,
     ],
-    "docs/wear.md": ["F = residual"],
 }
 
 # Fewer steps than the pages have, and forces after a solve
@@ -203,8 +203,8 @@ SHORTER = {
     ("docs/dynamics.md", 0): ("end=1.0", "end=2e-3"),
     ("docs/dynamics.md", 1): ("end=1.0", "end=2e-3"),
     ("docs/fluxes.md", 3): ("steps=50", "steps=2"),
-    ("docs/interactions.md", 0): ("steps=10", "steps=2"),
-    ("docs/load_steps.md", 1): ("steps=40", "steps=4"),
+    ("docs/tie.md", 2): ("steps=10", "steps=2"),
+    ("docs/load_steps.md", 2): ("steps=40", "steps=4"),
     ("docs/output.md", 2): ("40 * (", "2 * ("),
     ("docs/output.md", 3): ("steps=20", "steps=2"),
     ("docs/parameters.md", 0): (
@@ -213,13 +213,13 @@ SHORTER = {
         'contact.resultant("ring", "plate").force',
     ),
     ("docs/rigid.md", 0): ("-0.1 * t", "-0.01 * t"),
-    ("docs/wear.md", 0): ("steps=100", "steps=2"),
+    ("docs/fluxes.md", 4): ("steps=100", "steps=2"),
 }
 NEEDS = {
     ("docs/condensed.md", 0): "dolfinx.nls.petsc",
     ("docs/output.md", 0): "meshio",
     ("docs/output.md", 3): "matplotlib",
-    ("docs/interactions.md", 0): "matplotlib",
+    ("docs/tie.md", 2): "matplotlib",
     ("docs/rigid.md", 2): "meshio",
 }
 BLOCKS = [
@@ -249,7 +249,7 @@ def test_a_block_runs_as_printed(page, k, tmp_path, monkeypatch):
         pytest.skip("the page says that it is for later versions")
     host = inspect.signature(fem.petsc.NonlinearProblem).parameters
     if page == "docs/condensed.md" and "petsc_options_prefix" not in host and k == 1:
-        block = block[: block.index("# That of DOLFINx 0.10")]
+        block = block[: block.index("# The SNES of DOLFINx 0.10")]
     old, new = SHORTER.get((page, k), ("", ""))
     assert old in block
     (tmp_path / "meshes").symlink_to(ROOT / "meshes")

@@ -40,7 +40,7 @@ def test_a_ball_on_a_disc_prints_what_its_page_says(tmp_path):
 
 def test_a_slit_that_closes_prints_what_its_page_says(tmp_path):
     """Iterations may differ by one: many points close at a time."""
-    page = "docs/self_contact.md"
+    page = "docs/surfaces.md"
     (program,) = [text for text in blocks_of(page, "python") if "import" in text]
     printed = run(program, tmp_path).splitlines()
     said = blocks_of(page, "text")[0].strip().splitlines()
@@ -54,7 +54,7 @@ def test_a_slit_that_closes_prints_what_its_page_says(tmp_path):
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_bodies_of_two_gmsh_models_print_what_their_page_says(ranks, tmp_path):
     pytest.importorskip("gmsh")
-    page = "docs/two_meshes.md"
+    page = "docs/unknowns.md"
     (program,) = [text for text in blocks_of(page, "python") if "gmsh" in text]
     printed = run(program, tmp_path, ranks)
     said = blocks_of(page, "text")[0].strip()

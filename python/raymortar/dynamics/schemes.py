@@ -112,7 +112,7 @@ class Midpoint(Options):
     energy.
     """
 
-    # Of the error's estimate, and the share of forces that act where a step is solved
+    # beta is for the error estimate; gamma is the share of forces at the solved point
     beta: ClassVar[float] = 0.25
     gamma: ClassVar[float] = 1.0
 

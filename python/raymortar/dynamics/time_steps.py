@@ -94,11 +94,11 @@ class TimeSteps(LoadSteps):
     start
         First time.
     adapt
-        `Adaptive`: steps follow their iterations and errors. None: all are alike, but
-        where a solve fails.
+        `Adaptive`: steps follow their iterations and errors. None: all have the same
+        size, except where a solve fails.
     touch
-        How often a step may be halved in which surfaces touch that were all apart, or
-        part that touched. 0: these moments are stepped over.
+        How often a step may be halved in which surfaces that were all apart touch, or
+        surfaces in contact part. 0: never.
     energy
         UFL functional of the stored energy, for `TimeStep.energy` and for the column
         ``elastic``.

@@ -44,7 +44,7 @@ def check_coefficient(gamma: Any) -> None:
 
 @dataclass(frozen=True)
 class AugmentedLagrangian(Options):
-    """Augmented Lagrangian: a multiplier, and no penetration but discretisation's.
+    """Augmented Lagrangian: a multiplier, without penetration except by discretisation.
 
     Attributes
     ----------

@@ -47,9 +47,9 @@ class _Field:
 class Checkpoint:
     """Writes the state of a path to a file, and goes back to it in another run.
 
-    The file has all unknowns, the multipliers, the accepted step with what friction
-    keeps, rigid bodies, the coefficients of contact, and Functions of yours. Another run
-    makes the same problem on the same mesh, and may have another number of ranks or
+    The file has all unknowns, the multipliers, the accepted step with the history of
+    friction, rigid bodies, the coefficients of contact, and Functions of yours. Another
+    run makes the same problem on the same mesh, and may have another number of ranks or
     another partition. Collective.
 
     Parameters

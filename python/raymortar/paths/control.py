@@ -98,8 +98,8 @@ class ArcLength(Options):
     most
         Largest number of steps; a path that has not met its end by then fails.
     falling
-        Whether the path sets out away from the end of ``path``. Use it to go on with a
-        path that was left while its load factor fell.
+        Whether the path starts away from the end of ``path``, to continue one that was
+        left while its load factor fell.
 
     Notes
     -----

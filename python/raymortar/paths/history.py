@@ -92,10 +92,10 @@ class History:
         Dirichlet condition, or a list of them, by the name of the support: its work on
         the bodies is a column.
     symmetry
-        How often the model is in the whole: 2 of a half, 4 of a quarter. Forces,
-        moments, torques, areas, works and energies are scaled to the whole: this times
-        as much, all components alike, also where those of the parts would cancel.
-        Pressures, gaps, centres, motions and `more` are not multiplied.
+        How many parts like the model make the whole: 2 for a half, 4 for a quarter.
+        Forces, moments, torques, areas, works and energies are multiplied by it, all
+        components alike, even where those of the parts would cancel. Pressures, gaps,
+        centres, motions and `more` are not multiplied.
 
     Attributes
     ----------
@@ -104,8 +104,8 @@ class History:
         - ``active``: integration points in contact; ``min_gap`` (length; NaN where
           the bodies are out of reach), ``max_pressure``: over these points;
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
-          ``normal_0_x``, ... and ``tangential_0_x``, ...; of several contacts the
-          surfaces are numbered on, in the order of the problem's list;
+          ``normal_0_x``, ... and ``tangential_0_x``, ...; with several contacts the
+          numbers continue, in the order of the problem's list;
         - ``radial_0``, ...: if contact is axisymmetric, see `results.Resultant`;
         - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
           whose slave has several masters, by the names or else the tags of its
@@ -115,8 +115,8 @@ class History:
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
           contact on it and moment about its centre; ``translation_<name>_x``,
-          ``rotation_<name>_x``: its motion; ``work_<name>``: what it has done on the
-          slaves so far, by the mean of each step's forces. In 2D ``moment_<name>`` and
+          ``rotation_<name>_x``: its motion; ``work_<name>``: its work on the slaves so
+          far, by the mean of each step's forces. In 2D ``moment_<name>`` and
           ``rotation_<name>`` are numbers;
         - ``area_0``, ``centre_0_x``, ..., ``peak_0`` (`patches`; NaN where nothing
           presses), ``torque_<axis>_0`` (`axes`): of surfaces and pairs, as forces are;
@@ -354,7 +354,7 @@ class History:
         Raises
         ------
         ContactError
-            If the file is none of this problem's, or there is none.
+            If the file is of another problem, or there is none.
         """
         found: list[list[float]] = []
         with together(self._comm):

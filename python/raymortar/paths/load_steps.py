@@ -68,13 +68,14 @@ class LoadSteps:
     max_halvings
         How often the first step's size may be halved. After that the failure is raised.
     extrapolate
-        Start each solve where the last step leads, or the one before it: by its change
-        of all unknowns, scaled with the steps' sizes, whichever leaves fewer forces out
-        of balance (with `control` the last one). If that fails, start from the last
-        accepted state. None: where fewer forces are out of balance there, so not where
-        a path turns round, and not with `control`. This saves one or two iterations of
-        a step on a smooth path, as in sliding, where the first iterate slips the right
-        way. True: in every step, without asking. False: never.
+        Where a solve starts. True: at the last accepted state plus the change of all
+        unknowns in the last step, or in the one before it, scaled with the steps'
+        sizes, whichever leaves the smaller imbalance of forces (with `control` the last
+        one); if that fails, at the last accepted state. None: the same, but only where
+        the imbalance is smaller than at the last accepted state, so not where a path
+        turns round, and not with `control`. This saves one or two iterations of a step
+        on a smooth path, as in sliding, where the first iterate slips the right way.
+        False: at the last accepted state.
     largest
         A step may grow to this many times the first step's size. The default is 1,
         because with friction the result of a path depends on its steps.

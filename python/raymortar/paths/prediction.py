@@ -1,4 +1,4 @@
-"""What earlier steps teach: where the next one starts, and which way goes first."""
+"""Predictions from earlier steps: where the next starts, and which way goes first."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Movie:
     Raises
     ------
     ContactError
-        Without matplotlib, or if an argument is no such thing.
+        Without matplotlib, or if an argument cannot be used.
 
     Examples
     --------

@@ -47,11 +47,11 @@ def plot(
 
     In 2D: cells coloured by a field, outlines of the rigid tools next to them, and
     normal and tangential traction at the integration points along the slave surfaces,
-    in one colour a pair. In 3D: the bodies' surfaces, sections of the rigid tools next
-    to them, and the pressure on what is covered of the slave surfaces, seen along the
-    mean normal of the points in contact and zoomed to these. Edges of degree 2 are
-    arcs. Rank 0 gathers all that is drawn, so large meshes may not fit; write those by
-    `io.write_xdmf`.
+    in one colour for each pair. In 3D: the bodies' surfaces, sections of the rigid
+    tools next to them, and the pressure on what is covered of the slave surfaces, seen
+    along the mean normal of the points in contact and zoomed to these. Edges of degree
+    2 are arcs. Rank 0 gathers all that is drawn, so large meshes may not fit; write
+    those by `io.write_xdmf`.
 
     Parameters
     ----------
@@ -68,10 +68,10 @@ def plot(
     view
         Azimuth and elevation of the eye in 3D. Degrees.
     backend
-        What draws: ``"matplotlib"``, or in 3D ``"pyvista"``, which hides what is behind
+        Drawing library: ``"matplotlib"``, or in 3D ``"pyvista"``, which hides surfaces
         exactly and puts the pressure on the deformed surface.
     x
-        What tractions are drawn over in 2D: ``"x"``, ``"y"``, ``"arc"`` (the length
+        Horizontal axis of tractions in 2D: ``"x"``, ``"y"``, ``"arc"`` (the length
         along the deformed slave surfaces) or ``"angle"`` (degrees around `centre`).
         Default: x or y, along which the surfaces extend more.
     centre
@@ -94,8 +94,8 @@ def plot(
     Raises
     ------
     ContactError
-        Without the backend, if the file cannot be written, or if an argument is no such
-        thing.
+        Without the backend, if the file cannot be written, or if an argument cannot be
+        used.
 
     Examples
     --------

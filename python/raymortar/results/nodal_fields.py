@@ -109,9 +109,9 @@ class NodalFields:
         """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
 
         The motion of the slave over the master point it meets now, in the slave's
-        tangent plane and in global coordinates, also where the contact is open; 0
-        where no hit. After `advance` it stays that of the accepted step until the next
-        `update`. Without friction it is found when this is called.
+        tangent plane and in global coordinates, also where the contact is open; 0 where
+        no hit. After `advance` it stays that of the accepted step until the next
+        `update`. Without friction it is computed when this is called.
 
         Raises
         ------
@@ -132,12 +132,12 @@ class NodalFields:
 
         It belongs to the slave's material: `advance` averages the length of the slip of
         closed points to the slave nodes and adds it there. `History` and `Output`
-        record a step before that: what they take of it is of the steps before.
+        record a step before that, and so without its slip.
 
         Raises
         ------
         ContactError
-            Without friction, which is what counts it.
+            Without friction, which counts it.
         """
         slip = self.surfaces.zones[0].slip
         if slip is None:

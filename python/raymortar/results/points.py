@@ -53,8 +53,8 @@ class PointResults:
         - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
         - ``gap``: of the law, with the offset; negative in penetration. Length
         - ``distance``: slave to master along the normal, without the offset. Length
-        - ``pressure``: what the law presses with, **negative in compression**, 0 where
-          it is open. Traction
+        - ``pressure``: pressure of the law, **negative in compression**, 0 where it
+          is open. Traction
         - ``traction`` (n, d): what acts on the slave, in global coordinates
         - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
           slave's tangent plane; ``closing``: how much of an open gap has closed since
@@ -71,8 +71,8 @@ class PointResults:
           the point is on the reference cell, in DOLFINx's order. A Function ``f`` on
           the slave's mesh has the values ``f.eval(X, cell)``, X with 3 columns
         - ``slave``, ``master``: indices into this rank's facets with the tags, -1 for
-          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in an
-          order of the library's own, see ``reference``
+          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in
+          raymortar's own order, see ``reference``
         - ``seed``: master facet of the segment, on which the ray starts its search; -1
           on uncovered parts. ``ray``: how the search ended, 0 for a hit
         """
@@ -168,9 +168,10 @@ class PointResults:
     ) -> Resultant:
         """Contact force on a slave surface, or of a pair, its moment and its parts.
 
-        The force on the slave; that on the master is the opposite. With
-        ``axisymmetric=True`` it is that of a full turn, along the axis, and ``radial``
-        has what cancels in it: see `results.Resultant`. Collective.
+        The force acts on the slave; the master feels the opposite. With
+        ``axisymmetric=True`` it is the sum over a full turn, along the axis, and
+        ``radial`` has the radial part, which cancels: see `results.Resultant`.
+        Collective.
 
         Parameters
         ----------

@@ -35,7 +35,7 @@ class Polyline(Surface):
         Radius of the fillets: a number for all corners; or one for each corner, 0 for a
         sharp one: n - 2 of them, n of a closed polyline. Length.
     inside
-        A point in the solid, near the lines. None: the solid is on the left of who walks
+        A point in the solid, near the lines. None: the solid is on the left as you walk
         along the points; a closed polyline encloses it.
     closed
         Whether a line joins the last point to the first. Otherwise the polyline is a face

@@ -27,11 +27,10 @@ DETERMINED = 0.5
 class CondensedPreconditioner:
     """Multigrid for tangents of `CondensedProblem`. A PETSc python PC.
 
-    In closed contact each row of the law determines one displacement of the slave. All
-    other displacements are those of bodies that are tied there, or slide. Their stiffness
-    S has tests in balance with the slave's rows, and displacements that the slave follows
-    [theory (4.33)]. It is as symmetric as that of the bodies alone, and what
-    preconditions those serves it.
+    In closed contact each row of the law determines one displacement of the slave. The
+    other displacements have the stiffness S of bodies that are tied there, or slide:
+    master and slave move together in its rows and columns [theory (4.33)]. S is as
+    symmetric as the stiffness of the bodies alone, and the same preconditioners suit it.
 
     Attributes
     ----------
