@@ -171,7 +171,7 @@ tell_progress() {
   # It holds neither the lock nor the user's pipes, which its sleep outlives
   exec {lock}>&-
   while sleep 20 >/dev/null 2>&1 && kill -0 $$ 2>/dev/null; do
-    note "$(tail -n 1 "$BUILD/build.log" | sed 's:Building .*/::; s:\.o$::')," \
+    note "$(tail -n 1 "$BUILD/build.log" | sed 's:Building .*/::; s:unity_::; s:\(_cxx\)\?\.c[xp]*\.o$::')," \
       "after $((SECONDS - begin)) s"
   done
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/geometry/frame.h"
+#include <array>
 #include <gtest/gtest.h>
 #include <random>
 
@@ -16,6 +17,9 @@ using Quad2 = FacetType<Shape::quadrilateral, 2, 2>;
 
 using AllFacets =
     testing::Types<Interval1, Interval2, Triangle1, Triangle2, Quad1, Quad2>;
+
+inline constexpr std::array all_shapes = {Shape::interval, Shape::triangle,
+                                          Shape::quadrilateral};
 
 template <int N>
 Vec<N> random_vector(std::mt19937& random, double size)

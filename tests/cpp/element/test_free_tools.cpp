@@ -14,7 +14,7 @@ namespace raymortar::test
 {
 namespace
 {
-const Vec<3> centre(0.1, 0.05, -0.9);
+const Vec<3> middle_of_ball(0.1, 0.05, -0.9);
 
 Mat<3, 3> cross(int axis)
 {
@@ -87,7 +87,7 @@ protected:
     axes = s.slave.gdim == 2 ? std::vector{0, 1} : std::vector{0, 1, 2};
     turns = s.slave.gdim == 2 ? std::vector{2} : std::vector{0, 1, 2};
     if (s.slave.gdim == 2)
-      middle = {centre[0], centre[2], 0.0};
+      middle = {middle_of_ball[0], middle_of_ball[2], 0.0};
     const Vec<3> up = Vec<3>::Unit(s.slave.gdim - 1);
     tool = GetParam().is_flat ? make_plane(0.03 * up, up)
                               : make_sphere(middle, 0.95, {});
@@ -129,7 +129,7 @@ protected:
 
   ContactState s;
   std::vector<int> axes, turns;
-  Vec<3> middle = centre, beside = Vec<3>(0.1, -0.2, 0.0);
+  Vec<3> middle = middle_of_ball, beside = Vec<3>(0.1, -0.2, 0.0);
   std::shared_ptr<const Tool> tool;
 };
 

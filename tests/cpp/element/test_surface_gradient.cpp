@@ -28,14 +28,14 @@ ElementPoint<typename C::F> unit_point(const FacingFacets<C>& facets,
 template <class C>
 Vector integrand(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 {
-  using Facets = FacingFacets<C>;
+  using Facing = FacingFacets<C>;
   const auto kernel = std::make_unique<typename C::Kernel>();
   kernel->b.setZero();
   const auto q = unit_point(facets, xi, hit);
   if (hit)
-    kernel->add_hit(typename Facets::Hit(facets.start, q));
+    kernel->add_hit(typename Facing::Hit(facets.start, q));
   else
-    kernel->add_miss(typename Facets::Miss(facets.start, q));
+    kernel->add_miss(typename Facing::Miss(facets.start, q));
   return kernel->b;
 }
 
@@ -43,12 +43,12 @@ Vector integrand(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 template <class C>
 auto with_gradient(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 {
-  using Facets = FacingFacets<C>;
+  using Facing = FacingFacets<C>;
   const typename C::Data& e = facets.start;
   const auto q = unit_point(facets, xi, hit);
   if (not hit)
-    return Gradient<C>::miss(e, q, typename Facets::Miss(e, q));
-  const typename Facets::Hit p(e, q);
+    return Gradient<C>::miss(e, q, typename Facing::Miss(e, q));
+  const typename Facing::Hit p(e, q);
   return Gradient<C>::hit(e, q, p, {e, q, p});
 }
 

@@ -53,7 +53,8 @@ void expect_hulls()
   ASSERT_EQ(hulls.size(), 16u);
   for (std::size_t p = 0; p < hulls.size(); ++p)
   {
-    auto lower = Vec<D>::Constant(9.0).eval(), upper = (-lower).eval();
+    auto lower = raymortar::Vec<D>::Constant(9.0).eval(),
+         upper = (-lower).eval();
     for (std::size_t f = 0; f < boxes.size(); ++f)
       if (part[f] == static_cast<Index>(p))
       {

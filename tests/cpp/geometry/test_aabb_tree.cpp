@@ -9,7 +9,7 @@ using namespace raymortar;
 namespace
 {
 template <int D>
-Vec<D> random_vector(std::mt19937& random, double lower, double upper)
+Vec<D> vector_between(std::mt19937& random, double lower, double upper)
 {
   std::uniform_real_distribution<double> coordinate(lower, upper);
   Vec<D> x;
@@ -25,8 +25,8 @@ std::vector<Box<D>> random_boxes(std::mt19937& random, int n, double size)
   std::vector<Box<D>> boxes(n);
   for (Box<D>& box : boxes)
   {
-    box.lower = random_vector<D>(random, 0, 1);
-    box.upper = box.lower + random_vector<D>(random, 0, size);
+    box.lower = vector_between<D>(random, 0, 1);
+    box.upper = box.lower + vector_between<D>(random, 0, size);
   }
   return boxes;
 }
@@ -38,7 +38,7 @@ std::vector<Box<D>> random_cells(std::mt19937& random, int n)
   std::vector<Box<D>> boxes(n);
   for (Box<D>& box : boxes)
   {
-    box.lower = random_vector<D>(random, 0, 9).array().floor();
+    box.lower = vector_between<D>(random, 0, 9).array().floor();
     box.upper = box.lower.array() + 1;
   }
   return boxes;
@@ -95,8 +95,8 @@ TYPED_TEST(AabbTreeTest, FindsTheBoxesOfALine)
   const AabbTree<D> tree(boxes);
   for (int k = 0; k < 40; ++k)
   {
-    const Vec<D> x = random_vector<D>(random, -1, 2);
-    Vec<D> n = random_vector<D>(random, -1, 1);
+    const Vec<D> x = vector_between<D>(random, -1, 2);
+    Vec<D> n = vector_between<D>(random, -1, 1);
     if (k % 3 == 0)
       n[0] = 0.0; // along a face of the boxes
     n.normalize();

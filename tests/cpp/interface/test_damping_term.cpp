@@ -7,12 +7,12 @@ namespace
 {
 /// Intervals: slave nodes at -0.7, 0, 0.7, of which the first is held; master
 /// nodes at -1, -1/3, 1/3, 1, of which all or the first are
-struct Scene
+struct PlateScene
 {
   Interface interface;
   std::vector<double> slave, master;
 
-  explicit Scene(const Plates& plates = {}, bool all_masters = false)
+  explicit PlateScene(const Plates& plates = {}, bool all_masters = false)
       : interface(make_plates<Interval1>(plates)),
         slave(interface.state().slave.rows.size(), 0.0),
         master(interface.state().master.rows.size(), all_masters ? 1.0 : 0.0)
@@ -57,14 +57,14 @@ Eigen::VectorXd shifted(const Interface& interface, double by)
 
 TEST(DampingTerm, DampsTheFacetUpToAHeldNode)
 {
-  Scene scene;
+  PlateScene scene;
   scene.begin();
   ASSERT_EQ(scene.facets().size(), 1U);
 }
 
 TEST(DampingTerm, ResidualDoesNotDependOnTheOrderOfCalls)
 {
-  Scene one, other;
+  PlateScene one, other;
   one.begin();
   other.begin();
   const Eigen::VectorXd x = shifted(one.interface, 0.0);
@@ -81,7 +81,7 @@ TEST(DampingTerm, ResidualDoesNotDependOnTheOrderOfCalls)
 
 TEST(DampingTerm, DecidesAnewWithEachStep)
 {
-  Scene scene;
+  PlateScene scene;
   scene.begin();
   const auto first = scene.facets().at(0).block;
   const Eigen::VectorXd y = shifted(scene.interface, 0.2);
@@ -96,7 +96,7 @@ TEST(DampingTerm, DecidesAnewWithEachStep)
 
 TEST(DampingTerm, IsInverseToTheModulus)
 {
-  Scene scene;
+  PlateScene scene;
   scene.begin();
   const Eigen::VectorXd x = shifted(scene.interface, 0.0);
   const auto with = [&](double modulus)
@@ -112,9 +112,9 @@ TEST(DampingTerm, IsInverseToTheModulus)
 /// They may meet in the step that begins
 TEST(DampingTerm, LooksBeyondTheReach)
 {
-  Scene scene({.gap = 1.0, .reach = 0.1});
+  PlateScene scene({.gap = 1.0, .reach = 0.1});
   scene.begin();
-  Scene near;
+  PlateScene near;
   near.begin();
   ASSERT_EQ(scene.facets().size(), 1U);
   for (std::size_t k = 0; k < scene.facets()[0].block.size(); ++k)
@@ -123,18 +123,18 @@ TEST(DampingTerm, LooksBeyondTheReach)
 
 TEST(DampingTerm, LeavesOutWhatFacesNothing)
 {
-  Scene scene({.slave_width = 2.5}, true);
+  PlateScene scene({.slave_width = 2.5}, true);
   scene.begin();
   // The facet from -2.5 to 0 does face the master
   EXPECT_EQ(scene.facets().size(), 1U);
-  Scene aside({.slave_width = 4.5, .slave_cells = 4}, true);
+  PlateScene aside({.slave_width = 4.5, .slave_cells = 4}, true);
   aside.begin();
   EXPECT_TRUE(aside.facets().empty());
 }
 
 TEST(DampingTerm, LeavesOutWhatHasNoHeldNodes)
 {
-  Scene scene;
+  PlateScene scene;
   std::fill(scene.slave.begin(), scene.slave.end(), 0.0);
   scene.begin();
   EXPECT_TRUE(scene.facets().empty());

@@ -13,13 +13,13 @@ class PipelineTest : public testing::Test
 
 /// A slave that moves as a whole above a master
 template <class F>
-struct Scene
+struct PipelineScene
 {
   InterfaceInput in = plates_input<F>({});
   ContactState s;
   Pipeline pipeline{in, in.slave.num_facets()};
 
-  Scene()
+  PipelineScene()
   {
     s.slave = in.slave;
     s.master = master_plate<F>({});
@@ -58,7 +58,7 @@ TYPED_TEST_SUITE(PipelineTest, AllFacets, );
 
 TYPED_TEST(PipelineTest, DoesNothingWhereNothingHasMoved)
 {
-  Scene<TypeParam> scene;
+  PipelineScene<TypeParam> scene;
   EXPECT_TRUE(scene.pipeline.pair(scene.s));
   EXPECT_FALSE(scene.pipeline.pair(scene.s));
   EXPECT_EQ(scene.pipeline.statistics().pairings, 1);
@@ -69,7 +69,7 @@ TYPED_TEST(PipelineTest, DoesNothingWhereNothingHasMoved)
 /// Half of the skin of 0.1 is for the slave
 TYPED_TEST(PipelineTest, KeepsCandidatesWithinTheSkin)
 {
-  Scene<TypeParam> scene;
+  PipelineScene<TypeParam> scene;
   scene.pipeline.pair(scene.s);
   scene.move(0.04);
   EXPECT_TRUE(scene.pipeline.pair(scene.s));
@@ -81,9 +81,9 @@ TYPED_TEST(PipelineTest, KeepsCandidatesWithinTheSkin)
 
 TYPED_TEST(PipelineTest, KeptCandidatesFindWhatNewOnesFind)
 {
-  Scene<TypeParam> kept, fresh;
+  PipelineScene<TypeParam> kept, fresh;
   kept.pipeline.pair(kept.s);
-  for (Scene<TypeParam>* scene : {&kept, &fresh})
+  for (PipelineScene<TypeParam>* scene : {&kept, &fresh})
   {
     scene->move(0.03);
     scene->pipeline.pair(scene->s);
@@ -95,7 +95,7 @@ TYPED_TEST(PipelineTest, KeptCandidatesFindWhatNewOnesFind)
 
 TEST(Pipeline, OtherMastersMakeOtherCandidates)
 {
-  Scene<Triangle1> scene;
+  PipelineScene<Triangle1> scene;
   scene.pipeline.pair(scene.s);
   EXPECT_FALSE(scene.pipeline.candidates().masters.empty());
   Surface none = scene.s.master;

@@ -1,5 +1,6 @@
 #include "facet_types.h"
 #include "raymortar/mortar/layers.h"
+#include "slave_square.h"
 #include <numeric>
 
 using namespace raymortar;
@@ -7,11 +8,6 @@ using namespace raymortar::test;
 
 namespace
 {
-const std::array<Vec<2>, 4> slave = {Vec<2>(0, 0), Vec<2>(1, 0), Vec<2>(1, 1),
-                                     Vec<2>(0, 1)};
-const std::array<Vec<3>, 4> slave_corners = {Vec<3>(0, 0, 0), Vec<3>(1, 0, 0),
-                                             Vec<3>(1, 1, 0), Vec<3>(0, 1, 0)};
-
 /// Piece of a master quad with opposite corners (x0, y0), (x1, y1)
 Piece<3> piece(Index master, const Vec<2>& first, const Vec<2>& last,
                const std::function<double(const Vec<2>&)>& height)
@@ -21,9 +17,9 @@ Piece<3> piece(Index master, const Vec<2>& first, const Vec<2>& last,
                                    Vec<2>(last.x(), first.y())};
   for (std::size_t i = 0; i < 4; ++i)
     c[i] = Vec<3>(y[i].x(), y[i].y(), height(y[i]));
-  const auto plane = patch_plane<3>(slave_corners, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   const auto seen = project_patch<3>(plane, c, 4);
-  return {overlap(slave, 4, seen), master, 0, seen};
+  return {overlap(slave_reference, 4, seen), master, 0, seen};
 }
 
 Piece<3> flat_piece(Index master, const Vec<2>& first, const Vec<2>& last,

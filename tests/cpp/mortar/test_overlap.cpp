@@ -1,5 +1,6 @@
 #include "facet_types.h"
 #include "raymortar/mortar/overlap.h"
+#include "slave_square.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -7,14 +8,6 @@ using Kind = Provenance::Kind;
 
 namespace
 {
-template <int D>
-using Corners = std::array<Vec<D>, 4>;
-
-const Corners<3> square = {Vec<3>(0, 0, 0), Vec<3>(1, 0, 0), Vec<3>(1, 1, 0),
-                           Vec<3>(0, 1, 0)};
-const std::array<Vec<2>, 4> slave = {Vec<2>(0, 0), Vec<2>(1, 0), Vec<2>(1, 1),
-                                     Vec<2>(0, 1)};
-
 /// Master above the slave, facing down: corners clockwise seen from above
 Corners<3> above(const std::vector<Vec<2>>& y, double height)
 {
@@ -36,7 +29,8 @@ Vec<2> rebuilt(const Provenance& p, const Corners<3>& master, int count)
 {
   const auto m = [&](int i) -> Vec<2>
   { return master[static_cast<std::size_t>(i % count)].head<2>(); };
-  const auto s = [&](int i) { return slave[static_cast<std::size_t>(i % 4)]; };
+  const auto s = [&](int i)
+  { return slave_reference[static_cast<std::size_t>(i % 4)]; };
   if (p.kind == Kind::slave_corner)
     return s(p.slave);
   if (p.kind == Kind::master_corner)
@@ -52,7 +46,7 @@ double turn(const Vec<2>& a, const Vec<2>& b, const Vec<2>& c)
 
 TEST(Overlap, ProvenanceIsInTheMastersOwnNumbers)
 {
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   std::mt19937 random(1);
   int crossings = 0;
   for (int trial = 0; trial < 5000; ++trial)
@@ -66,7 +60,7 @@ TEST(Overlap, ProvenanceIsInTheMastersOwnNumbers)
     const Corners<3> master = above(y, 0.1);
     const auto seen = project_patch<3>(plane, master, count);
     ASSERT_EQ(seen.size, count);
-    const ClipPolygon region = overlap(slave, 4, seen);
+    const ClipPolygon region = overlap(slave_reference, 4, seen);
     for (int v = 0; v < region.size; ++v)
     {
       const auto k = static_cast<std::size_t>(v);
@@ -96,7 +90,7 @@ TEST(Overlap, IntervalKeepsTheMastersNumbers)
 
 TEST(Overlap, ProjectionKnowsItsHeight)
 {
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   const Corners<3> tilted = {Vec<3>(0, 0, 0.1), Vec<3>(0, 1, 0.4),
                              Vec<3>(1, 1, 0.6), Vec<3>(1, 0, 0.3)};
   const auto seen = project_patch<3>(plane, tilted, 4);
@@ -110,7 +104,7 @@ TEST(Overlap, ProjectionKnowsItsHeight)
 TEST(Overlap, PatchesThatDoNotFaceEachOtherAreRejected)
 {
   // G-9: angle between the planes in degrees; from 90 on the back is seen
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   for (const auto& [degrees, accepted] : {std::pair{0.0, true},
                                           {60.0, true},
                                           {89.0, true},
@@ -123,7 +117,7 @@ TEST(Overlap, PatchesThatDoNotFaceEachOtherAreRejected)
     Corners<3> master;
     for (std::size_t i = 0; i < 4; ++i)
     {
-      const Vec<3>& x = square[3 - i];
+      const Vec<3>& x = slave_square[3 - i];
       master[i] =
           Vec<3>(std::cos(angle) * x.x(), x.y(), 0.1 + std::sin(angle) * x.x());
     }
@@ -131,14 +125,15 @@ TEST(Overlap, PatchesThatDoNotFaceEachOtherAreRejected)
     EXPECT_EQ(seen.size > 0, accepted) << degrees;
     if (accepted)
     {
-      EXPECT_NEAR(overlap(slave, 4, seen).area(), std::cos(angle), 1e-15);
+      EXPECT_NEAR(overlap(slave_reference, 4, seen).area(), std::cos(angle),
+                  1e-15);
     }
   }
 }
 
 TEST(Overlap, MasterWithoutAreaIsRejected)
 {
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   EXPECT_EQ(project_patch<3>(plane, above({{0, 0}, {1, 1}, {2, 2}}, 1), 3).size,
             0);
   EXPECT_EQ(
@@ -147,7 +142,7 @@ TEST(Overlap, MasterWithoutAreaIsRejected)
 
 TEST(Overlap, NonConvexProjectionIsTwoTriangles)
 {
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   std::mt19937 random(2);
   int cut = 0;
   for (int trial = 0; trial < 20000; ++trial)
@@ -187,7 +182,7 @@ TEST(Overlap, NonConvexProjectionIsTwoTriangles)
 
 TEST(Overlap, DiagonalOfACutQuadIsNoEdgeOfTheMaster)
 {
-  const auto plane = patch_plane<3>(square, 4);
+  const auto plane = patch_plane<3>(slave_square, 4);
   // Corner 2 is pushed past the diagonal from 1 to 3
   const Corners<3> master =
       above({{-0.5, -0.5}, {-0.5, 1.5}, {0.3, 0.2}, {1.5, -0.5}}, 0.1);
@@ -196,7 +191,7 @@ TEST(Overlap, DiagonalOfACutQuadIsNoEdgeOfTheMaster)
   int on_diagonal = 0;
   for (std::size_t k = 0; k < 2; ++k)
   {
-    const ClipPolygon region = overlap(slave, 4, parts.part[k]);
+    const ClipPolygon region = overlap(slave_reference, 4, parts.part[k]);
     ASSERT_GT(region.size, 0);
     for (int v = 0; v < region.size; ++v)
     {

@@ -1,19 +1,12 @@
 #include "facet_types.h"
 #include "raymortar/mortar/plane.h"
+#include "slave_square.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
 
 namespace
 {
-template <int D>
-using Corners = std::array<Vec<D>, 4>;
-
-const Corners<3> unit_square = {Vec<3>(0, 0, 0), Vec<3>(1, 0, 0),
-                                Vec<3>(1, 1, 0), Vec<3>(0, 1, 0)};
-const std::array<Vec<2>, 4> reference_square = {Vec<2>(0, 0), Vec<2>(1, 0),
-                                                Vec<2>(1, 1), Vec<2>(0, 1)};
-
 Vec<2> bilinear(const std::array<Vec<2>, 4>& c, const Vec<2>& s)
 {
   return (1 - s[0]) * (1 - s[1]) * c[0] + s[0] * (1 - s[1]) * c[1] +
@@ -66,7 +59,7 @@ TEST(Plane, CoordinatesAreBlindAlongTheNormal)
   std::mt19937 random(3);
   for (int trial = 0; trial < 1000; ++trial)
   {
-    Corners<3> c = unit_square;
+    Corners<3> c = slave_square;
     for (Vec<3>& x : c)
       x += random_vector<3>(random, 0.3);
     const auto plane = patch_plane<3>(c, 4);
@@ -82,7 +75,7 @@ TEST(Plane, WarpedQuadrilateralIsHalvedByItsMeanPlane)
 {
   for (const double lift : {0.1, 0.5, -0.5})
   {
-    Corners<3> c = unit_square;
+    Corners<3> c = slave_square;
     c[2][2] += lift;
     const auto plane = patch_plane<3>(c, 4);
     ASSERT_TRUE(plane.valid);
@@ -115,7 +108,7 @@ TEST(Plane, PatchWithoutAreaIsInvalidAtAnyScale)
 TEST(InverseBilinear, FindsThePointInTrapezoidsAndSkewQuads)
 {
   const std::vector<std::array<Vec<2>, 4>> quads = {
-      reference_square,
+      slave_reference,
       {Vec<2>(0, 0), Vec<2>(1, 0), Vec<2>(0.7, 1), Vec<2>(0.3, 1)},
       {Vec<2>(0, 0), Vec<2>(1, 0), Vec<2>(0.51, 1), Vec<2>(0.49, 1)},
       {Vec<2>(0, 0), Vec<2>(1, 0.3), Vec<2>(1.4, 1.2), Vec<2>(-0.1, 0.8)}};
@@ -137,7 +130,7 @@ TEST(InverseBilinear, MapsThroughTheMeanPlaneOfAWarpedQuad)
   std::mt19937 random(5);
   for (int trial = 0; trial < 2000; ++trial)
   {
-    Corners<3> c = unit_square;
+    Corners<3> c = slave_square;
     c[static_cast<std::size_t>(trial % 4)][2] += 0.5;
     for (Vec<3>& x : c)
       x += random_vector<3>(random, 0.1);

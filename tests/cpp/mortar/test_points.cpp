@@ -8,9 +8,6 @@ using namespace raymortar::test;
 
 namespace
 {
-const std::array<Shape, 3> shapes = {Shape::interval, Shape::triangle,
-                                     Shape::quadrilateral};
-
 IntegrationPoints points_of(const Surface& slave, const Segmentation& segments,
                             bool complement)
 {
@@ -82,7 +79,7 @@ TYPED_TEST_SUITE(RaysTest, AllFacets, );
 TEST(Points, WeightsAreNotNegativeAndAddUpToTheSlave)
 {
   std::mt19937 random(1);
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (int trial = 0; trial < 200; ++trial)
     {
       Surface slave = make_surface({shape, 1, 1, 4, true}, plate(1, 0));
@@ -121,7 +118,7 @@ TEST(Points, WarpedQuadrilateralsKeepTheirMeasure)
 
 TEST(Points, ComplementIsTheUncoveredPart)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const double part : {0.01, 0.4, 0.75, 0.99})
     {
       const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
@@ -171,7 +168,7 @@ TEST(Points, OfRevolutionHaveTheAreaOfAFullTurn)
 
 TEST(Points, WithoutMultiplierNoComplementIsMade)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
   {
     const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
     Surface none = slave;

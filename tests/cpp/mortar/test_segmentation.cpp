@@ -7,9 +7,6 @@ using namespace raymortar::test;
 
 namespace
 {
-const std::array<Shape, 3> shapes = {Shape::interval, Shape::triangle,
-                                     Shape::quadrilateral};
-
 /// Sum of the covered shares over the number of facets
 double coverage(const Segmentation& s)
 {
@@ -61,7 +58,7 @@ Map raised(double w, double gap)
 TEST(Segmentation, FlatFacetsAreCoveredExactly)
 {
   std::mt19937 random(1);
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (int trial = 0; trial < 40; ++trial)
     {
       Surface slave =
@@ -80,7 +77,7 @@ TEST(Segmentation, FlatFacetsAreCoveredExactly)
 
 TEST(Segmentation, CurvedFacetsAreCoveredByALargerMaster)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const bool subdivide : {false, true})
       for (int n = 2; n < 6; ++n)
       {
@@ -96,7 +93,7 @@ TEST(Segmentation, CurvedFacetsAreCoveredByALargerMaster)
 
 TEST(Segmentation, SubdividedFacetsHaveSegmentsOnEveryPatch)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
   {
     const Surface slave = make_surface({shape, 2, 2, 2, true}, raised(1, 0));
     const Surface master = make_surface({shape, 2, 2, 2, false}, raised(1, 0));
@@ -115,7 +112,7 @@ TEST(Segmentation, SubdividedFacetsHaveSegmentsOnEveryPatch)
 
 TEST(Segmentation, MatchingGridsGiveOneSegmentPerFacet)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
   {
     const Surface slave = make_surface({shape, 1, 1, 4, true}, plate(1, 0));
     Surface master = make_surface({shape, 1, 1, 4, false}, plate(1, 0));
@@ -129,7 +126,7 @@ TEST(Segmentation, MatchingGridsGiveOneSegmentPerFacet)
 
 TEST(Segmentation, PartialOverlapCoversItsExactShare)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const double part : {1e-6, 0.01, 0.3, 0.75, 0.999999})
     {
       const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
@@ -144,7 +141,7 @@ TEST(Segmentation, PartialOverlapCoversItsExactShare)
 
 TEST(Segmentation, FlippedMasterIsNoContact)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const double height : {0.1, 0.0, -0.05})
     {
       const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
@@ -157,7 +154,7 @@ TEST(Segmentation, FlippedMasterIsNoContact)
 
 TEST(Segmentation, BackFaceDoesNotHideTheFaceBehindIt)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
   {
     const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
     const Surface back = make_surface({shape, 1, 1, 4, true}, plate(1, 0.01));
@@ -172,7 +169,7 @@ TEST(Segmentation, BackFaceDoesNotHideTheFaceBehindIt)
 TEST(Segmentation, NearerLayerWinsOnFacetsOfAnySize)
 {
   // A small plate in front of a large one: once over the middle, nowhere twice
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const int n : {1, 4})
     {
       const Surface slave = make_surface({shape, 1, 1, n, true}, plate(1, 0));
@@ -194,7 +191,7 @@ TEST(Segmentation, NearerLayerWinsOnFacetsOfAnySize)
 TEST(Segmentation, MastersOutOfRangeAreLeftOut)
 {
   // Beyond the range and the slack for curvature, a quarter of the facet
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const double height : {0.9, -0.8})
     {
       const Surface slave = make_surface({shape, 1, 1, 4, true}, plate(1, 0));
@@ -207,7 +204,7 @@ TEST(Segmentation, MastersOutOfRangeAreLeftOut)
 
 TEST(Segmentation, EmptyMasterLeavesEverythingUncovered)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
   {
     const Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
     Surface none = slave;
@@ -222,7 +219,7 @@ TEST(Segmentation, EmptyMasterLeavesEverythingUncovered)
 
 TEST(Segmentation, NotANumberStaysWhereItIs)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const bool in_slave : {true, false})
     {
       Surface slave = make_surface({shape, 1, 1, 3, true}, plate(1, 0));
@@ -247,7 +244,7 @@ TEST(Segmentation, NotANumberStaysWhereItIs)
 
 TEST(Segmentation, FacetsOfVeryDifferentSizeMeet)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const auto& [slaves, masters] : {std::pair{1, 100}, {100, 1}})
     {
       const Surface slave =
@@ -280,7 +277,7 @@ TEST(Segmentation, WarpedQuadrilateralsAreCovered)
 
 TEST(Segmentation, ScaleAndOffsetDoNotMatter)
 {
-  for (const Shape shape : shapes)
+  for (const Shape shape : all_shapes)
     for (const double scale : {1e-9, 1e-3, 1e6})
       for (const double offset : {0.0, 1e3, 1e6})
       {

@@ -1,4 +1,5 @@
 // Tools of facets against the closed forms that they stand for.
+#include "cast.h"
 #include "cube.h"
 #include "raymortar/core/error.h"
 #include "raymortar/rigid/facet_tool.h"
@@ -30,13 +31,6 @@ std::shared_ptr<const Tool> ring(int n, int degree, double radius)
       f.nodes.push_back(2 * k + 1);
   }
   return make_facet_tool(f);
-}
-
-ToolHit cast(const Tool& tool, const ToolRay& ray)
-{
-  ToolHit hit;
-  tool.cast({&ray, 1}, {&hit, 1});
-  return hit;
 }
 
 TEST(FacetTool, OfARingIsACircle)

@@ -1,5 +1,6 @@
 // Rays on closed-form tools against their distances: hits, entries, normals and
 // how these change.
+#include "cast.h"
 #include "raymortar/rigid/shapes.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -53,22 +54,15 @@ private:
 /// ahead for the others; none where the first crossing is an exit, or none
 std::optional<double> entry_by_steps(const Tool& tool, const ToolRay& ray)
 {
-  constexpr double step = 2e-3, far = 8.0;
+  constexpr double pace = 2e-3, far = 8.0;
   const auto inside = [&](double g)
   { return tool.distance(ray.x + g * ray.n) < 0.0; };
   const bool is_inside = inside(0.0);
-  const double way = is_inside ? -step : step;
+  const double way = is_inside ? -pace : pace;
   for (int k = 1; std::abs(k * way) < far; ++k)
     if (inside(k * way) != is_inside)
       return (k - 0.5) * way;
   return {};
-}
-
-ToolHit cast(const Tool& tool, const ToolRay& ray)
-{
-  ToolHit hit;
-  tool.cast({&ray, 1}, {&hit, 1});
-  return hit;
 }
 
 /// The cone's distance is that of a double cone's flank beyond its tip
