@@ -89,7 +89,7 @@ Eigenpairs eigenpairs(const Pencil& A, const Pencil& B)
 
 /// @param[in] largest Degree of the displacement
 PowersOnFacet powers_on_facet(Shape shape, int largest, int degree,
-                    const std::vector<Vec<2>>& places)
+                              const std::vector<Vec<2>>& places)
 {
   const bool is_product = shape == Shape::quadrilateral;
   const auto nodes = static_cast<Eigen::Index>(places.size());

@@ -50,8 +50,9 @@ Work TieTerm::tangent(const ContactState& s, MatrixSink& sink) const
     if (s.elements.master[e] != no_index and sink.wants(tied_unknowns(s, e)))
       wanted.push_back(e);
   _kernel->tangent(s, wanted,
-                   [&](std::size_t e, const double* block, int)
-                   { sink.add(tied_unknowns(s, e), tied_unknowns(s, e), block); },
+                   [&](std::size_t e, const double* block, int) {
+                     sink.add(tied_unknowns(s, e), tied_unknowns(s, e), block);
+                   },
                    {});
   return {static_cast<std::int64_t>(wanted.size()), 0};
 }
