@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/element/choose_law.h"
-#include "raymortar/element/law_gaps.h"
+#include "raymortar/element/general_assembler.h"
 #include "raymortar/element/moving_segments.h"
 #include "raymortar/element/typed_assembler.h"
 #include "raymortar/geometry/predicates.h"
@@ -63,16 +63,10 @@ public:
     }
   }
 
+  // Once an accepted step: not worth a kernel for each type
   [[nodiscard]] PointResults results(const ContactState& s) const override
   {
-    PointResults r = results_without_hits(s);
-    for (std::size_t e = 0; e < s.elements.size(); ++e)
-    {
-      const Data data = gather(s, e);
-      for (const Index q : s.elements.points_of(e))
-        store(s, data, static_cast<std::size_t>(q), r);
-    }
-    return r;
+    return make_general_assembler(s)->results(s);
   }
 
 private:
@@ -203,33 +197,6 @@ private:
                    motion->add(element, number,
                                Gradient::hit(data, q, p, slopes));
                });
-  }
-
-  static void store(const ContactState& s, const Data& data, std::size_t q,
-                    PointResults& r)
-  {
-    const ElementPoint<F> at = element_point<F>(s, q);
-    const SlavePoint<F, L, Law> place(data, at);
-    r.weight[q] = place.weight;
-    r.gamma[q] = place.gamma;
-    Eigen::Map<Vec<D>>(r.x.data() + q * D) = place.slave.x;
-    Eigen::Map<Vec<D>>(r.normal.data() + q * D) = place.slave.n;
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = place.slave.n;
-    if (s.hits.status[q] != RayStatus::hit)
-      return;
-    const HitPoint<F, L, Law, false> p(data, at);
-    Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = p.normal;
-    Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
-        frame_at<F>(data.master, at.eta).n;
-    r.status[q] = p.response.status;
-    r.pressure[q] = p.response.p;
-    Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
-    if constexpr (is_frictional<Law>)
-    {
-      Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
-      r.closing[q] = p.old.closing.length;
-      Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
-    }
   }
 };
 
