@@ -125,10 +125,12 @@ class CondensedProblem:
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
         lacking, volume = self._balance(x)
-        self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
+        with self._condensation.eliminating():
+            self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
+            if self._lifts:
+                self.coupled.J(self._x, self._A)
         found = self._b.array_r
         if self._lifts:
-            self.coupled.J(self._x, self._A)
             rows = self._condensation.lifted(found, self._A)
         else:
             rows = self._condensation.residual(found)
@@ -139,7 +141,8 @@ class CondensedProblem:
         same = np.array_equal(x.array_r[: self._n], self._x.array_r[: self._n])
         if not (self._is_balanced and self.comm.allreduce(same, op=MPI.LAND)):
             self._balance(x)
-        self.coupled.J(self._x, self._A)
+        with self._condensation.eliminating():
+            self.coupled.J(self._x, self._A)
         found, eliminated = self._condensation.tangent(self._A)
         self._give(found, A)
         found.destroy()

@@ -110,3 +110,28 @@ def newton(problem, rtol=1e-12, most=25):
         ksp.solve(b, dx)
         x.axpy(-1.0, dx)
     return norms
+
+
+def taylor_order(problem, aside=0.0, seed=0):
+    """Order of what the tangent leaves of the residual, along a random direction that
+    the state has gone by `aside`; and what it leaves."""
+    x, A = problem.create_vector(), problem.create_matrix()
+    n = x.getLocalSize()
+    x.array[:] = problem.u.x.array[:n]
+    d = x.duplicate()
+    rng = np.random.default_rng(seed + COMM.rank)
+    d.array[:] = rng.normal(size=n) * ~problem.coupled.prescribed
+    x.axpy(aside, d)
+    b, other, slope = (problem.create_vector() for _ in range(3))
+    problem.F(x, b)
+    problem.J(x, A)
+    A.mult(d, slope)
+    steps, rest = 10.0 ** -np.arange(5.0, 7.0, 0.5), []
+    for e in steps:
+        y = x.copy()
+        y.axpy(e, d)
+        problem.F(y, other)
+        other.axpy(-1.0, b)
+        other.axpy(-e, slope)
+        rest.append(other.norm())
+    return np.polyfit(np.log(steps), np.log(rest), 1)[0], rest

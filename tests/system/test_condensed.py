@@ -6,7 +6,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from condensing import DUAL, indented, newton, pressed
+from condensing import DUAL, indented, newton, pressed, taylor_order
 from problems import COMM, fix
 
 from raymortar import (
@@ -62,18 +62,6 @@ def test_condensed_is_uncondensed(cell, degree, mu, overhang):
     assert last[-1] <= 1e-9 * last[0] and len(last) <= 9, last
 
 
-def random_step(problem, seed=0):
-    """Vectors and the matrix of a problem at a state a little beside the present."""
-    x, A = problem.create_vector(), problem.create_matrix()
-    n = x.getLocalSize()
-    x.array[:] = problem.u.x.array[:n]
-    direction = x.duplicate()
-    rng = np.random.default_rng(seed + COMM.rank)
-    free = ~problem.coupled.prescribed
-    direction.array[:] = rng.normal(size=n) * free
-    return x, A, direction
-
-
 @pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
 @pytest.mark.parametrize("cell, degree, mu, overhang", CASES)
 def test_tangent_is_the_derivative(cell, degree, mu, overhang):
@@ -83,21 +71,8 @@ def test_tangent_is_the_derivative(cell, degree, mu, overhang):
     blocks.load.value[-1] = -0.03
     newton(problem)
     blocks.contact.advance()
-    x, A, d = random_step(problem)
-    x.axpy(2e-4, d)  # not in balance, and all gaps open or closed by more than steps
-    b, other, slope = (problem.create_vector() for _ in range(3))
-    problem.F(x, b)
-    problem.J(x, A)
-    A.mult(d, slope)
-    steps, rest = 10.0 ** -np.arange(5.0, 7.0, 0.5), []
-    for e in steps:
-        y = x.copy()
-        y.axpy(e, d)
-        problem.F(y, other)
-        other.axpy(-1.0, b)
-        other.axpy(-e, slope)
-        rest.append(other.norm())
-    order = np.polyfit(np.log(steps), np.log(rest), 1)[0]
+    # Not in balance, and all gaps open or closed by more than steps
+    order, rest = taylor_order(problem, aside=2e-4)
     assert abs(order - 2.0) < 0.1, rest
 
 

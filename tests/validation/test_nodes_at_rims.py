@@ -11,8 +11,8 @@ import gathered
 import numpy as np
 import pytest
 import states
-from condensing import DUAL, newton, pressed
-from friction_states import AT_NODES, FrictionCase, frictional_pairs, set_both
+from condensing import DUAL, newton, pressed, taylor_order
+from friction_states import AT_NODES, SLIP, FrictionCase, frictional_pairs, set_both
 from problems import COMM, DIMENSION
 from tangents import is_first_order, is_second_order, quiet_slopes
 from test_nodal_tangent import FIRST_STEPS
@@ -97,18 +97,22 @@ def test_full_tangent_where_the_rim_has_just_entered_a_facet(cell, multiplier):
     assert is_first_order(fixed), fixed
 
 
-def over_the_edge(cell, steps=4, solver=SNESSolver, **options):
-    """A soft block, 0.3 of it beside a stiff one, that is pressed and dragged: force,
-    and iterations of the steps."""
+def soft_on_stiff(cell, divisions=(14, 10), stiff=1000.0, **options):
+    """A soft block, 0.3 of it beside a stiff one."""
     flat = {2: 1.0, 3: (1.0, 0.3, 0.5)}[DIMENSION[cell]]
-    few = {2: (14, 10), 3: ((14, 1, 2), (10, 1, 2))}[DIMENSION[cell]]
+    few = {2: divisions, 3: ((14, 1, 2), (10, 1, 2))}[DIMENSION[cell]]
     sizes = {"lower": flat, "upper": flat, "divisions": few, "overhang": 0.3}
-    blocks = pressed(cell, stiff=1000.0, **sizes, **options)
+    return pressed(cell, stiff=stiff, **sizes, **options)
+
+
+def over_the_edge(cell, steps=4, solver=SNESSolver, **options):
+    """The soft block, pressed and dragged: force, and iterations of the steps."""
+    blocks = soft_on_stiff(cell, **options)
     if solver is CondensedProblem:
         problem = blocks.condensed()
 
         def solve():
-            return len(newton(problem, rtol=1e-9)) - 1
+            return len(newton(problem, rtol=1e-8)) - 1
 
     else:
         coupled = solver(blocks.coupled())
@@ -152,3 +156,68 @@ def test_a_soft_slave_over_the_edge_in_space():
     reference, _ = over_the_edge("tetrahedron", method=POINTS, **options)
     size = np.linalg.norm(reference)
     np.testing.assert_allclose(force, reference, atol=0.05 * size)
+
+
+@pytest.mark.parametrize("divisions", [(7, 5), (14, 10)])
+def test_condensed_under_tresca(divisions):
+    """The node behind the edge has hardly any area, over which its forces are its
+    multiplier: its row is a force too, and no quotient of small numbers."""
+    options = {"method": DUAL, "law": Tresca(0.02), "divisions": divisions}
+    force, iterations = over_the_edge(
+        "quadrilateral", solver=CondensedProblem, **options
+    )
+    assert max(iterations) <= 8
+    coupled, _ = over_the_edge("quadrilateral", **options)
+    np.testing.assert_allclose(force, coupled, atol=0.002 * np.linalg.norm(coupled))
+
+
+@pytest.mark.parametrize("law", [Tresca(0.02), Coulomb(0.3)])
+def test_condensed_tangent_where_the_rim_has_just_entered_a_facet(law):
+    blocks = soft_on_stiff("quadrilateral", stiff=10.0, law=law)
+    problem = blocks.condensed()
+    blocks.load.value[:] = 0.004, -0.03
+    newton(problem, rtol=1e-9)
+    share = gathered.dictionary(blocks.contact.zones[0].cpp.segments())["covered"]
+    assert np.any((share > 0.0) & (share < 1e-3))
+    order, rest = taylor_order(problem, aside=1e-5)
+    assert abs(order - 2.0) < 0.1, rest
+
+
+# Of the pressure, under Tresca's law at nodes
+STEEPEST = 3.0
+
+
+@pytest.mark.parametrize("bound", [0.02, lambda x: 0.02 + 0.0 * x[0]])
+def test_friction_under_tresca_ends_with_the_pressure(bound):
+    """It does not jump where a node opens; and the tangent is the derivative there."""
+    blocks = soft_on_stiff("quadrilateral", stiff=10.0, law=Tresca(bound))
+    problem = blocks.condensed()
+    blocks.load.value[:] = 0.03, -0.002
+    newton(problem, rtol=1e-9)
+    zone = blocks.contact.zones[0]
+    nodes = gathered.dictionary(zone.cpp.nodes())
+    lam = blocks.contact.multiplier.x.array.reshape(-1, 2)[zone.multiplier_nodes]
+    p = np.einsum("ji,ji->j", lam, nodes["normal"])
+    t = np.linalg.norm(lam - p[:, None] * nodes["normal"], axis=1)
+    slips = nodes["status"] == SLIP
+    np.testing.assert_allclose(
+        t[slips], np.minimum(0.02, -STEEPEST * p[slips]), rtol=1e-6
+    )
+    assert np.ptp(t[slips]) > 0.01
+    order, rest = taylor_order(problem, aside=1e-5)
+    assert abs(order - 2.0) < 0.1, rest
+
+
+def test_a_node_that_opens_under_tresca():
+    """With its friction it would open, without it close: it holds a part."""
+    options = {"law": Tresca(0.02), "divisions": (7, 5), "stiff": 100.0}
+    _, iterations = over_the_edge("quadrilateral", method=VECTOR, **options)
+    assert max(iterations) <= 7
+
+
+def test_a_soft_slave_slides_off_the_edge_in_space():
+    """Nodes open one after the other, and friction passes a maximum."""
+    options = {"law": Tresca(0.02), "method": DUAL}
+    force, iterations = over_the_edge("tetrahedron", **options)
+    assert max(iterations) <= 12
+    assert 0.0 < -force[0] < 0.02 * 0.7 * 0.3  # bound and area at the start

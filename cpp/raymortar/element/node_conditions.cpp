@@ -28,13 +28,20 @@ struct NodeTie
   }
 };
 
+/// Largest friction under Tresca's law, of the pressure: with a jump where
+/// contact opens there may be no state between  [theory (4.35)]
+constexpr double steepest = 3.0;
+
 /// Means around a node, and its multiplier
 template <int D, int M>
 struct NodeState : FrictionState<D, M>
 {
   double area;
-  double whole;  ///< area around the node, covered or not
-  double length; ///< of the sum of normals
+  double whole; ///< area around the node, covered or not
+  bool eliminated;
+  bool is_steep = false; ///< friction is bounded by the pressure there
+  double unit;           ///< the row is A C over it  [theory (4.25), (4.31)]
+  double length;         ///< of the sum of normals
   NodeTie<D> tie;
 
   NodeState(const ContactState& s, Index node) : tie(s.node_sums, node)
@@ -50,6 +57,9 @@ struct NodeState : FrictionState<D, M>
     // row of an open node is then continuous where its cover ends
     whole = sums.at(node, NodeSum::whole);
     this->gamma = sums.at(node, NodeSum::gamma) / whole;
+    eliminated = s.eliminated;
+    unit =
+        eliminated ? sums.at(node, NodeSum::whole_gamma) / whole : this->gamma;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
@@ -77,6 +87,15 @@ private:
           this->friction, s.node_sums.at(node, NodeSum::coefficient) / area);
     else if (not s.node_bounds.empty())
       this->friction = s.node_bounds[static_cast<std::size_t>(node)];
+    if constexpr (M == D)
+    {
+      const double p = this->lam.dot(this->n) + this->gamma * this->g;
+      const auto* given = std::get_if<Tresca>(&this->friction);
+      is_steep = given and area < whole * (1.0 - 1e-9) and
+                 -steepest * p < given->bound;
+      if (is_steep)
+        this->friction = Coulomb{steepest};
+    }
   }
 };
 
@@ -99,14 +118,14 @@ template <int D, int M, class Response>
 void set_derivatives(const NodeState<D, M>& at, const Response& r,
                      double coefficient, NodeCondition<D, M>& c)
 {
-  const double gamma = at.gamma;
+  const double unit = at.unit;
   const Mat<D, D> turn =
       (Mat<D, D>::Identity() - at.n * at.n.transpose()) / at.length;
-  c.by_lam = at.area / gamma * r.C_lam;
-  c.by_g = r.C_g / gamma;
-  c.by_n = at.area / gamma * r.C_n * turn;
+  c.by_lam = at.area / unit * r.C_lam;
+  c.by_g = r.C_g / unit;
+  c.by_n = at.area / unit * r.C_n * turn;
   Vec<M> by_size = at.g * r.C_g; // by the logarithm of gaps and slips
-  Vec<M> by_gamma = by_size;
+  Vec<M> by_gamma = by_size;     // by that of gamma
   if constexpr (M == D)
   {
     c.by_n -= c.by_g * (at.tie.value.transpose() * turn);
@@ -116,15 +135,17 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_tie = -c.by_g;
   if constexpr (requires { r.C_w; })
   {
-    c.by_w = r.C_w / gamma;
+    c.by_w = r.C_w / unit;
     c.by_tie += c.by_w;
-    c.by_coefficient = r.C_coefficient / gamma;
+    c.by_coefficient = r.C_coefficient / unit;
     by_gamma += r.C_w * at.w - r.C_rate;
     by_size += r.C_w * at.w + coefficient * r.C_coefficient;
   }
-  c.by_gamma = at.area / at.whole * (by_gamma - r.C) / (gamma * gamma);
+  if (not at.eliminated)
+    by_gamma -= r.C;
+  c.by_gamma = at.area / (at.whole * at.gamma * unit) * by_gamma;
   c.by_area =
-      (r.C - by_size) / gamma + c.by_tie * at.tie.by_area.template head<M>();
+      (r.C - by_size) / unit + c.by_tie * at.tie.by_area.template head<M>();
 }
 } // namespace
 
@@ -146,8 +167,8 @@ node_condition(const ContactState& s, Index node)
   if (s.friction)
     c.slip = at.w - at.n.dot(at.w) * at.n;
   c.beyond = at.tie.beyond;
-  c.row = at.area / at.gamma * r.C;
-  const bool has_field = not s.friction_coefficient.empty();
+  c.row = at.area / at.unit * r.C;
+  const bool has_field = not(s.friction_coefficient.empty() or at.is_steep);
   const double coefficient =
       has_field ? s.node_sums.at(node, NodeSum::coefficient) / at.area : 0.0;
   set_derivatives<D, M>(at, r, coefficient, c);

@@ -76,7 +76,8 @@ class Tresca(Law):
     Attributes
     ----------
     bound
-        Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``.
+        Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``. With
+        ``condition="nodes"`` it is at most three times the pressure (theory (4.35)).
     """
 
     quantity, _make, _name = FRICTION_BOUND, _cpp.Tresca, "bound"

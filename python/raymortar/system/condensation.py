@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from petsc4py import PETSc
@@ -239,6 +240,18 @@ class Condensation:
         diagonal.destroy()
 
     # Equations
+
+    @contextmanager
+    def eliminating(self) -> Iterator[None]:
+        """Make rows of the law those of eliminated multipliers."""
+        zones = [zone for part in self._system.parts for zone in part.zones]
+        for zone in zones:
+            zone.cpp.set_eliminated(True)
+        try:
+            yield
+        finally:
+            for zone in zones:
+                zone.cpp.set_eliminated(False)
 
     def multipliers(self, forces: Array) -> Array:
         """Unknowns of the owned multipliers that balance rows of the user's form."""
