@@ -1,13 +1,16 @@
 """Compiled forms and elements that a process has loaded already.
 
-FFCx looks for each in its folder by listing the whole of it, which takes longer
-than most tests: tests make the same few hundred thousands of times.
+FFCx looks for each in its folder by listing the whole of it, and lays all its options
+out for its log, which takes longer than most tests: tests make the same few hundred
+thousands of times.
 """
 
 from __future__ import annotations
 
 from functools import wraps
+from types import SimpleNamespace
 
+import ffcx
 from ffcx.codegeneration import jit
 
 
@@ -26,3 +29,22 @@ def keep_loaded_forms():
         return objects, module
 
     jit.get_cached_module = get_cached_module
+    # Its name before FFCx 0.6
+    options = getattr(ffcx, "options", None) or ffcx.parameters
+    options.pprint = SimpleNamespace(pformat=repr)
+    if hasattr(jit, "compile_elements"):
+        _keep_elements()
+
+
+def _keep_elements():
+    """Find an element that is loaded by what it is, without the hash of its module."""
+    compile_elements, loaded = jit.compile_elements, {}
+
+    @wraps(compile_elements)
+    def kept(elements, *options, **named):
+        key = repr((elements, options, sorted(named.items())))
+        if key not in loaded:
+            loaded[key] = compile_elements(elements, *options, **named)
+        return loaded[key]
+
+    jit.compile_elements = kept
