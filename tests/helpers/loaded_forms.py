@@ -32,19 +32,3 @@ def keep_loaded_forms():
     # Its name before FFCx 0.6
     options = getattr(ffcx, "options", None) or ffcx.parameters
     options.pprint = SimpleNamespace(pformat=repr)
-    if hasattr(jit, "compile_elements"):
-        _keep_elements()
-
-
-def _keep_elements():
-    """Find an element that is loaded by what it is, without the hash of its module."""
-    compile_elements, loaded = jit.compile_elements, {}
-
-    @wraps(compile_elements)
-    def kept(elements, *options, **named):
-        key = repr((elements, options, sorted(named.items())))
-        if key not in loaded:
-            loaded[key] = compile_elements(elements, *options, **named)
-        return loaded[key]
-
-    jit.compile_elements = kept
