@@ -1,8 +1,8 @@
 """Pytest plugin of scripts/test: one count, and the seconds, of every stage.
 
-The C++ tests and the tests on several ranks have run before; their JUnit
-reports are named in RAYMORTAR_REPORTS. Each case in them becomes an item here
-with the outcome it had, so that pytest's closing count is of everything.
+In the last of them all tests have run before; their JUnit reports are named in
+RAYMORTAR_REPORTS. Each case in them becomes an item here with the outcome it
+had, so that pytest's closing count is of everything.
 """
 
 import os
@@ -41,9 +41,7 @@ def _earlier_tests(session):
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(session, items):
-    # A selection that leaves no Python test must still be told as empty
-    if items:
-        items[:0] = _earlier_tests(session)
+    items += _earlier_tests(session)
 
 
 def pytest_terminal_summary(terminalreporter):

@@ -74,7 +74,7 @@ def without_nightly(config, items):
     long_ones = {line for line in lines if not line.startswith("#")}
     chosen = of_a_push(items, long_ones, COMM.size)
     if COMM.size > 1:
-        chosen = of_each_file(chosen, long_ones)
+        chosen = of_each_file(chosen, long_ones, COMM.size)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

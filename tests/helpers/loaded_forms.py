@@ -1,13 +1,16 @@
 """Compiled forms and elements that a process has loaded already.
 
-FFCx looks for each in its folder by listing the whole of it, which takes longer
-than most tests: tests make the same few hundred thousands of times.
+FFCx looks for each in its folder by listing the whole of it, and lays all its options
+out for its log, which takes longer than most tests: tests make the same few hundred
+thousands of times.
 """
 
 from __future__ import annotations
 
 from functools import wraps
+from types import SimpleNamespace
 
+import ffcx
 from ffcx.codegeneration import jit
 
 
@@ -26,3 +29,6 @@ def keep_loaded_forms():
         return objects, module
 
     jit.get_cached_module = get_cached_module
+    # Its name before FFCx 0.6
+    options = getattr(ffcx, "options", None) or ffcx.parameters
+    options.pprint = SimpleNamespace(pformat=repr)

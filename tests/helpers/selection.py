@@ -41,16 +41,20 @@ def of_a_push(items, long_ones, ranks):
     return chosen
 
 
-def of_each_file(items, long_ones):
-    """Of each file's functions every fourth, and what is ``quick`` or ``many_ranks``.
+def of_each_file(items, long_ones, ranks):
+    """Of each file's functions every fourth, and all for which ranks are the subject.
 
     Those of a file have one subject, and all of them run on one rank. A function of
-    which a member is long runs where the file has no other.
+    which a member is long runs where the file has no other. All run that are marked
+    ``many_ranks``, and on 2 ranks those marked ``quick``, which `scripts/test --quick`
+    asks for there.
     """
     thinned = [
         item
         for item in items
-        if not (_is_quick(item) or item.get_closest_marker("many_ranks"))
+        if not (
+            item.get_closest_marker("many_ranks") or (ranks == 2 and _is_quick(item))
+        )
     ]
     long = {name.partition("[")[0] for name in long_ones}
     kept = set()

@@ -79,14 +79,19 @@ def test_of_a_family_that_is_named_two_unlike_members_run():
     assert {params["cell"] for pair in pairs for params in pair} == set(CELLS)
 
 
-def test_on_several_ranks_a_file_runs_every_fourth_function_and_what_is_quick():
+@pytest.mark.parametrize("ranks, fourths", ((2, (1, 6)), (3, (0, 5))))
+def test_on_several_ranks_a_file_runs_every_fourth_function(ranks, fourths):
     quick = [member("t.py::test_quick", "quick")]
-    functions = [family(f"t.py::test_{i}") for i in range(8)]
+    many = [member("t.py::test_many", "many_ranks")]
+    functions = [quick, *(family(f"t.py::test_{i}") for i in range(1, 8)), many]
     others = [family(f"other.py::test_{i}") for i in range(3)]
-    items = sum([functions[0], quick, *functions[1:], *others], [])
-    long = {functions[1][0].nodeid, *(f"other.py::test_{i}" for i in range(3))}
-    expected = [functions[0], quick, functions[5], others[0]]
-    assert of_each_file(items, long) == sum(expected, [])
+    items = sum([*functions, *others], [])
+    long = {functions[2][0].nodeid, *(f"other.py::test_{i}" for i in range(3))}
+    # With --quick, all that are quick run on 2
+    always = {0, 8} if ranks == 2 else {8}
+    kept = sorted(always.union(fourths))
+    expected = [*(functions[i] for i in kept), others[0]]
+    assert of_each_file(items, long, ranks) == sum(expected, [])
 
 
 def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():

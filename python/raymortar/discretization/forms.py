@@ -220,12 +220,13 @@ def jacobians(
     return table
 
 
-def derivative(form: Any, f: Function) -> Any:
-    """Derivative of a form by a Function, None for zero."""
+def derivative(form: Any, f: Function, expanded: bool = False) -> Any:
+    """Derivative of a form by a Function, None for zero. Expanded: of arguments only."""
     if not any(coefficient is f for coefficient in form.coefficients()):
         return None
     J = ufl.derivative(form, f, ufl.TrialFunction(f.function_space))
-    return None if ufl.algorithms.expand_derivatives(J).empty() else J
+    found = expand_derivatives(J)
+    return None if found.empty() else found if expanded else J
 
 
 _MESSAGE = (
@@ -267,8 +268,8 @@ def _earlier_state(form: ufl.Form, f: Function) -> Function | None:
         ]
         if part.integral_type() != "cell" or not others or f not in plain:
             continue
-        J = derivative(ufl.Form([part]), f)
-        if J is not None and _is_mass_like(expand_derivatives(J)):
+        J = derivative(ufl.Form([part]), f, expanded=True)
+        if J is not None and _is_mass_like(J):
             return others[0]
     return None
 

@@ -65,12 +65,13 @@ def inputs_if_linear(
     comm: MPI.Comm = functions[0].function_space.mesh.comm
     if comm.allreduce(shares, op=MPI.LOR):
         return None
+    tangents = [derivative(form, f, True) for form in forms for f in functions]
+    of_tangent = Inputs(tangents, functions)
+    if of_tangent.has_unknowns:
+        return None
     if any(_has_condition_on(expand_derivatives(form), functions) for form in forms):
         return None
-    derivatives = (derivative(form, f) for form in forms for f in functions)
-    tangents = [J and expand_derivatives(J) for J in derivatives]
-    of_tangent = Inputs(tangents, functions)
-    return None if of_tangent.has_unknowns else (of_residual, of_tangent)
+    return of_residual, of_tangent
 
 
 def _has_condition_on(form: ufl.Form, functions: Sequence[Any]) -> bool:
