@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import states
 from condensing import DUAL, newton, pressed, taylor_order
-from friction_states import AT_NODES, SLIP, FrictionCase, frictional_pairs, set_both
+from friction_states import AT_NODES, FrictionCase, frictional_pairs, set_both
 from problems import COMM, DIMENSION
 from tangents import is_first_order, is_second_order, quiet_slopes
 from test_nodal_tangent import FIRST_STEPS
@@ -181,43 +181,3 @@ def test_condensed_tangent_where_the_rim_has_just_entered_a_facet(law):
     assert np.any((share > 0.0) & (share < 1e-3))
     order, rest = taylor_order(problem, aside=1e-5)
     assert abs(order - 2.0) < 0.1, rest
-
-
-# Of the pressure, under Tresca's law at nodes
-STEEPEST = 3.0
-
-
-@pytest.mark.parametrize("bound", [0.02, lambda x: 0.02 + 0.0 * x[0]])
-def test_friction_under_tresca_ends_with_the_pressure(bound):
-    """It does not jump where a node opens; and the tangent is the derivative there."""
-    blocks = soft_on_stiff("quadrilateral", stiff=10.0, law=Tresca(bound))
-    problem = blocks.condensed()
-    blocks.load.value[:] = 0.03, -0.002
-    newton(problem, rtol=1e-9)
-    zone = blocks.contact.zones[0]
-    nodes = gathered.dictionary(zone.cpp.nodes())
-    lam = blocks.contact.multiplier.x.array.reshape(-1, 2)[zone.multiplier_nodes]
-    p = np.einsum("ji,ji->j", lam, nodes["normal"])
-    t = np.linalg.norm(lam - p[:, None] * nodes["normal"], axis=1)
-    slips = nodes["status"] == SLIP
-    np.testing.assert_allclose(
-        t[slips], np.minimum(0.02, -STEEPEST * p[slips]), rtol=1e-6
-    )
-    assert np.ptp(t[slips]) > 0.01
-    order, rest = taylor_order(problem, aside=1e-5)
-    assert abs(order - 2.0) < 0.1, rest
-
-
-def test_a_node_that_opens_under_tresca():
-    """With its friction it would open, without it close: it holds a part."""
-    options = {"law": Tresca(0.02), "divisions": (7, 5), "stiff": 100.0}
-    _, iterations = over_the_edge("quadrilateral", method=VECTOR, **options)
-    assert max(iterations) <= 7
-
-
-def test_a_soft_slave_slides_off_the_edge_in_space():
-    """Nodes open one after the other, and friction passes a maximum."""
-    options = {"law": Tresca(0.02), "method": DUAL}
-    force, iterations = over_the_edge("tetrahedron", **options)
-    assert max(iterations) <= 12
-    assert 0.0 < -force[0] < 0.02 * 0.7 * 0.3  # bound and area at the start

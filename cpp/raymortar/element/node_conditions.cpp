@@ -28,10 +28,6 @@ struct NodeTie
   }
 };
 
-/// Largest friction under Tresca's law, of the pressure: with a jump where
-/// contact opens there may be no state between  [theory (4.35)]
-constexpr double steepest = 3.0;
-
 /// Means around a node, and its multiplier
 template <int D, int M>
 struct NodeState : FrictionState<D, M>
@@ -39,9 +35,8 @@ struct NodeState : FrictionState<D, M>
   double area;
   double whole; ///< area around the node, covered or not
   bool eliminated;
-  bool is_steep = false; ///< friction is bounded by the pressure there
-  double unit;           ///< the row is A C over it  [theory (4.25), (4.31)]
-  double length;         ///< of the sum of normals
+  double unit;   ///< the row is A C over it  [theory (4.25), (4.31)]
+  double length; ///< of the sum of normals
   NodeTie<D> tie;
 
   NodeState(const ContactState& s, Index node) : tie(s.node_sums, node)
@@ -87,15 +82,6 @@ private:
           this->friction, s.node_sums.at(node, NodeSum::coefficient) / area);
     else if (not s.node_bounds.empty())
       this->friction = s.node_bounds[static_cast<std::size_t>(node)];
-    if constexpr (M == D)
-    {
-      const double p = this->lam.dot(this->n) + this->gamma * this->g;
-      const auto* given = std::get_if<Tresca>(&this->friction);
-      is_steep = given and area < whole * (1.0 - 1e-9) and
-                 -steepest * p < given->bound;
-      if (is_steep)
-        this->friction = Coulomb{steepest};
-    }
   }
 };
 
@@ -168,7 +154,7 @@ node_condition(const ContactState& s, Index node)
     c.slip = at.w - at.n.dot(at.w) * at.n;
   c.beyond = at.tie.beyond;
   c.row = at.area / at.unit * r.C;
-  const bool has_field = not(s.friction_coefficient.empty() or at.is_steep);
+  const bool has_field = not s.friction_coefficient.empty();
   const double coefficient =
       has_field ? s.node_sums.at(node, NodeSum::coefficient) / at.area : 0.0;
   set_derivatives<D, M>(at, r, coefficient, c);

@@ -76,8 +76,7 @@ class Tresca(Law):
     Attributes
     ----------
     bound
-        Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``. With
-        ``condition="nodes"`` it is at most three times the pressure (theory (4.35)).
+        Largest tangential traction while closed, >= 0, given as Coulomb's ``mu``.
     """
 
     quantity, _make, _name = FRICTION_BOUND, _cpp.Tresca, "bound"
