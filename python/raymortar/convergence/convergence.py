@@ -298,7 +298,8 @@ def is_in_trouble(norms: Sequence[float]) -> bool:
     if len(r) < 2:
         return False
     grows = len(r) > 3 and r[-1] > GROWTH * r[:3].max()
-    wanders = len(r) - 1 - int(np.argmin(r)) >= WANDERS
+    # Loads alone may leave less out of balance than any iterate on the way
+    wanders = len(r) - 2 - int(np.argmin(r[1:])) >= WANDERS
     return bool(grows or wanders) or is_hopeless(norms) or _repeats(r)
 
 
