@@ -307,15 +307,17 @@ class Strategies:
         """Solve by the solver as it was given, from where the last step leads first."""
         was, self.used = self.used, FULL
         prediction = self._prediction
-        # After steps of another way a smooth path may need no more than a better start
-        goes_on = was == FULL or self._lessons.another_leads
+        # After a step of another way a smooth path may need no more than a better start,
+        # after a jump none leads on
+        goes_on = was != VISCOUS
         if prediction and last is not None and (prediction.always or goes_on):
             if prediction.leads_on(now, last, ratio):
                 iterations = self._from_ahead(prediction, now)
                 if iterations is not None:
                     return iterations
-        # A predicted start has the slip of the last step; this one has to find it
-        with self._soft_stick.acting():
+        # A predicted start has the slip of the last step, and the nodes that have closed;
+        # this one has to find them
+        with self._soft_stick.acting(opens=True):
             return iterations_of(self.solver)
 
     @contextmanager
