@@ -73,6 +73,7 @@ class SoftStick:
         nodes that have no traction yet. Collective."""
         problem, self._count = self._problem, 0
         self._free = [~_closed(part, zone) for part, zone, *_ in self._zones if opens]
+        self._new = [~m & m for m in self._free]
         problem.soften = self._add if self._softened() else None
         try:
             yield
@@ -113,9 +114,9 @@ class SoftStick:
             yields = np.zeros(len(areas))
             if opening:
                 closed = one["status"] >= PointStatus.STICK
-                if first:
-                    self._free[i] &= closed
-                yields = opening * (closed & self._free[i])
+                if self._count <= 2:
+                    self._new[i] |= closed & self._free[i]
+                yields = opening * (closed & self._new[i])
             at = np.flatnonzero(sticks + yields)
             scale, d = part.gamma_scale, part.layout.components
             size = areas[at] * scale * scale / one["gamma"][at]

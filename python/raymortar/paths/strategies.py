@@ -21,10 +21,11 @@ from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Lessons, Prediction
+from .soft_start import MANY, SoftStart
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
-FULL, EXTRAPOLATED = "full", "extrapolated"
+FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
 
 # Factor for the number of iterations where shorter steps need more, as those of a line
@@ -159,6 +160,8 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
+        # How the plain solver starts where bodies bend; None: not yet asked for
+        self._soft_start: SoftStart | None = None
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -179,6 +182,8 @@ class Strategies:
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
+                if iterations > MANY:
+                    self._find_soft_start()
             return iterations
         except FAILURES as failure:
             tries_others = self._automatic and self._asked_for is None
@@ -237,6 +242,7 @@ class Strategies:
 
     def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
+        self.restore(now)
         for name, solve in self._others():
             self.restore(now)
             self._trying(name)
@@ -247,10 +253,30 @@ class Strategies:
 
     def _others(self) -> Iterator[tuple[str, Callable[[], int]]]:
         """Yield the other ways by name (docs/measured/robustness_paths.md)."""
+        if self._find_soft_start():
+            yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
         if self._viscous is not None and self._viscous.is_of_use():
             plain = partial(iterations_of, self.solver)
             yield VISCOUS, partial(self._viscous.solve, plain)
+
+    def _find_soft_start(self) -> bool:
+        """Find a soft start for the plain solver, once, at a state of the path; return
+        whether there is one that has not been tried. Collective."""
+        if self._soft_start is not None or not self._automatic:
+            return False
+        self._soft_start = SoftStart(self.solver.problem)
+        return bool(self._soft_start)
+
+    def _softly(self) -> int:
+        """Solve from a soft start, for as long as the plain solver may."""
+        with self._more_iterations():
+            return self._plain()
+
+    def _plain(self) -> int:
+        """Solve by the solver as it was given, from a soft start if there is one."""
+        rough = self._soft_start.solve(self.solver) if self._soft_start else 0
+        return rough + iterations_of(self.solver)
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -318,7 +344,7 @@ class Strategies:
         # A predicted start has the slip of the last step, and the nodes that have closed;
         # this one has to find them
         with self._soft_stick.acting(opens=True):
-            return iterations_of(self.solver)
+            return self._plain()
 
     @contextmanager
     def _more_iterations(self) -> Iterator[None]:
@@ -340,7 +366,7 @@ class Strategies:
         patient, convergence.patient = convergence.patient, False
         try:
             with self._soft_stick.acting():
-                iterations = iterations_of(self.solver)
+                iterations = self._plain()
             self.used = EXTRAPOLATED if prediction.always else FULL
         except FAILURES:
             self.restore(now)

@@ -26,6 +26,7 @@ from ..interface.slave_nodes import (
 from ..interface.stiffness import (
     automatic_coefficients,
     contact_stiffness,
+    soft_coefficients,
     mean_facet_size,
     shear_moduli,
 )
@@ -200,6 +201,21 @@ class ContactAssembly:
             self.set_gamma(one_or_each(self.surfaces.interfaces, tables))
         elif is_real_number(self.gamma):
             self._check_size(bcs)
+
+    def softer(
+        self, bcs: Sequence[Any], compliance: SurfaceCompliance
+    ) -> float | PairCoefficients | None:
+        """Coefficient of a law at nodes; None for one, ties, penalties and forms without
+        stiffness. Traction per length. Collective."""
+        surfaces = self.surfaces
+        at_points = getattr(self._method, "condition", "points") == "points"
+        led = surfaces.tied is None and surfaces.multiplier is not None
+        if not (at_points and led) or self._stiffness(()) is None:
+            return None
+        tables = soft_coefficients(
+            surfaces.interfaces, self.volume, bcs, compliance
+        )
+        return one_or_each(surfaces.interfaces, tables)
 
     def _check_size(self, bcs: Sequence[Any]) -> None:
         """Raise for a number gamma that no solve can do with, warn of one with which
