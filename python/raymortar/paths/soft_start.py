@@ -9,7 +9,7 @@ from ..errors import ContactWarning
 
 # Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
 # (docs/measured/slip_fronts.md)
-BENDS = 0.03
+BENDS = 0.015
 
 # Iterations of a step above which it is worth to find what the bodies yield
 MANY = 8

@@ -121,7 +121,9 @@ class SoftStick:
             scale, d = part.gamma_scale, part.layout.components
             size = areas[at] * scale * scale / one["gamma"][at]
             n = one["normal"][at]
-            across = n[:, :, None] * n[:, None, :] if d > 1 else np.ones((len(at), 1, 1))
+            across = (
+                n[:, :, None] * n[:, None, :] if d > 1 else np.ones((len(at), 1, 1))
+            )
             along = np.eye(d) - across
             blocks = sticks[at, None, None] * along + yields[at, None, None] * across
             begin = part.layout.multiplier_rows[zone.multiplier_nodes[at]]

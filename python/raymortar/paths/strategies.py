@@ -20,7 +20,7 @@ from ..solvers.snes import SNESSolver
 from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .prediction import Lessons, Prediction
+from .prediction import Backoff, Lessons, Prediction
 from .soft_start import MANY, SoftStart
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
@@ -160,8 +160,10 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
-        # How the plain solver starts where bodies bend; None: not yet asked for
+        # How the plain solver starts where bodies bend; None: not yet asked for. It is
+        # left out for a while after failures
         self._soft_start: SoftStart | None = None
+        self._starts_softly, self._without_it = False, Backoff()
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -171,6 +173,7 @@ class Strategies:
         helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
+        self._starts_softly = bool(self._soft_start) and not self._without_it.rests()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         convergence.patient = not (self._automatic or self._asked_for)
@@ -266,7 +269,8 @@ class Strategies:
         if self._soft_start is not None or not self._automatic:
             return False
         self._soft_start = SoftStart(self.solver.problem)
-        return bool(self._soft_start)
+        self._starts_softly = bool(self._soft_start)
+        return self._starts_softly
 
     def _softly(self) -> int:
         """Solve from a soft start, for as long as the plain solver may."""
@@ -275,8 +279,17 @@ class Strategies:
 
     def _plain(self) -> int:
         """Solve by the solver as it was given, from a soft start if there is one."""
-        rough = self._soft_start.solve(self.solver) if self._soft_start else 0
-        return rough + iterations_of(self.solver)
+        if not (self._soft_start and self._starts_softly):
+            return iterations_of(self.solver)
+        try:
+            iterations = self._soft_start.solve(self.solver)
+            iterations += iterations_of(self.solver)
+        except FAILURES:
+            self._starts_softly = False
+            self._without_it.failed()
+            raise
+        self._without_it.reset()
+        return iterations
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -354,9 +367,12 @@ class Strategies:
         raised = self._automatic and getattr(solver, "max_it", None) == MAX_IT
         if raised:
             solver.max_it = MORE_ITERATIONS * MAX_IT
+        convergence = solver.problem.convergence
+        convergence.lasts = raised
         try:
             yield
         finally:
+            convergence.lasts = False
             if raised:
                 solver.max_it = MAX_IT
 

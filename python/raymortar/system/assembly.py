@@ -26,9 +26,9 @@ from ..interface.slave_nodes import (
 from ..interface.stiffness import (
     automatic_coefficients,
     contact_stiffness,
-    soft_coefficients,
     mean_facet_size,
     shear_moduli,
+    soft_coefficients,
 )
 from ..interface.surface_compliance import SurfaceCompliance
 from ..interface.zone_data import on_sides
@@ -212,9 +212,7 @@ class ContactAssembly:
         led = surfaces.tied is None and surfaces.multiplier is not None
         if not (at_points and led) or self._stiffness(()) is None:
             return None
-        tables = soft_coefficients(
-            surfaces.interfaces, self.volume, bcs, compliance
-        )
+        tables = soft_coefficients(surfaces.interfaces, self.volume, bcs, compliance)
         return one_or_each(surfaces.interfaces, tables)
 
     def _check_size(self, bcs: Sequence[Any]) -> None:

@@ -17,8 +17,8 @@ from ..discretization.forms import check_compiled
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import raise_everywhere, together
-from ..interface.probing import VolumePattern
 from ..interface.coefficients import PairCoefficients
+from ..interface.probing import VolumePattern
 from ..interface.surface_compliance import SurfaceCompliance
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
