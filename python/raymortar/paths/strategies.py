@@ -245,7 +245,7 @@ class Strategies:
 
     def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
-        self.restore(now)
+        self._contact.restore(now)
         for name, solve in self._others():
             self.restore(now)
             self._trying(name)
