@@ -207,13 +207,13 @@ class ContactAssembly:
     ) -> float | PairCoefficients | None:
         """Coefficient of a law at nodes; None for one, ties, penalties and forms without
         stiffness. Traction per length. Collective."""
-        surfaces = self.surfaces
+        surfaces, volume = self.surfaces, self.volume
         at_points = getattr(self._method, "condition", "points") == "points"
         led = surfaces.tied is None and surfaces.multiplier is not None
-        if not (at_points and led) or self._stiffness(()) is None:
+        if volume is None or not (at_points and led) or self._stiffness(()) is None:
             return None
-        tables = soft_coefficients(surfaces.interfaces, self.volume, bcs, compliance)
-        return one_or_each(surfaces.interfaces, tables)
+        of = surfaces.interfaces
+        return one_or_each(of, soft_coefficients(of, volume, bcs, compliance))
 
     def _check_size(self, bcs: Sequence[Any]) -> None:
         """Raise for a number gamma that no solve can do with, warn of one with which
