@@ -37,6 +37,9 @@ GROWTH = 1e4
 # Iterations without a new least residual, after which a solve wanders
 WANDERS = 8
 
+# Growth of the residual in the first iteration from which its start may not count
+STRETCHES = 10.0
+
 
 @dataclass(frozen=True)
 class Imbalance:
@@ -90,12 +93,13 @@ class Convergence:
     `now` is the last residual, and `norms` are those of the iterates since `start`, force:
     rejected trial steps are left out, and iterates that had not reached a prescribed
     displacement. A solve that is `patient` goes on until it is hopeless. Otherwise it ends
-    at the first trouble, as `LoadSteps` has remedies.
+    at the first trouble, as `LoadSteps` has remedies. One that `lasts` may begin with a
+    residual that is less than the next ones.
     """
 
     def __init__(self, groups: Groups) -> None:
         self.groups = groups
-        self.patient = True
+        self.patient, self.lasts = True, False
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
@@ -160,7 +164,18 @@ class Convergence:
             return True
         if self.now.norm <= self.floor:
             return False
-        return (is_hopeless if self.patient else is_in_trouble)(self.norms)
+        return is_hopeless(self.norms) if self.patient else is_in_trouble(self._way())
+
+    def _way(self) -> list[float]:
+        """Return the residuals that tell of trouble.
+
+        Small loads may leave less out of balance than all iterates on the way, as a body
+        that bends is stretched first.
+        """
+        norms = self.norms
+        if not self.lasts or len(norms) < 3 or norms[1] < STRETCHES * norms[0]:
+            return norms
+        return norms[1:]
 
     def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
         """Whether the last residual is small enough.

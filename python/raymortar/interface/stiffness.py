@@ -142,12 +142,24 @@ def automatic_coefficients(
     bends. Traction per length.
     """
     interfaces = surfaces.interfaces
-    tables = contact_stiffness(volume, interfaces, bcs)
     if surfaces.tied is None and method.condition == "nodes":
-        of_side = _of_sides(volume, interfaces, bcs)
-        arcs = _of_arcs(of_side, interfaces, compliance)
-        tables = [np.minimum(*both) for both in zip(tables, arcs)]
+        tables = soft_coefficients(interfaces, volume, bcs, compliance)
+    else:
+        tables = contact_stiffness(volume, interfaces, bcs)
     return [method.automatic_factor * table for table in tables]
+
+
+def soft_coefficients(
+    interfaces: Interfaces,
+    volume: VolumePattern,
+    bcs: Sequence[Any],
+    compliance: SurfaceCompliance,
+) -> list[Array]:
+    """Coefficient of a law at nodes [theory (5.16)], a table for each zone.
+    Traction per length. Collective."""
+    arcs = _of_arcs(_of_sides(volume, interfaces, bcs), interfaces, compliance)
+    stiffness = contact_stiffness(volume, interfaces, bcs)
+    return [np.minimum(*both) for both in zip(stiffness, arcs)]
 
 
 def _of_arcs(

@@ -6,7 +6,8 @@
 - control: what a user chooses to lead a path
 - strategies: ways that are tried before a step is halved
 - prediction: starts of steps, and the way that goes first
-- soft_stick: first tangents in which slip fronts run
+- soft_stick: first tangents in which fronts of slip and of opening run
+- soft_start: rough solves that others start from where bodies bend
 - stabilization: viscous forces that fade
 - energy_balance: balance that tells a path of equilibria from a jump
 - history, patch_columns, output, progress: records of a path

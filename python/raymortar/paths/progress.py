@@ -30,8 +30,8 @@ class LoadStep:
         Halvings of steps so far on this path.
     strategy
         Way that solved the step: ``"full"``, the solver as it was given;
-        ``"extrapolated"``, from where the last step led, as asked; ``"small gamma, line
-        search"`` or ``"viscous forces"``: see `LoadSteps`.
+        ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
+        ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
         Energy that a snap has set free at least, which another way than ``"full"`` has
         passed; 0 where there was none.

@@ -20,11 +20,12 @@ from ..solvers.snes import SNESSolver
 from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .prediction import Lessons, Prediction
+from .prediction import Backoff, Lessons, Prediction
+from .soft_start import MANY, SoftStart
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
-FULL, EXTRAPOLATED = "full", "extrapolated"
+FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
 
 # Factor for the number of iterations where shorter steps need more, as those of a line
@@ -159,6 +160,10 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
+        # How the plain solver starts where bodies bend; None: not yet asked for. It is
+        # left out for a while after failures
+        self._soft_start: SoftStart | None = None
+        self._starts_softly, self._without_it = False, Backoff()
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -168,6 +173,7 @@ class Strategies:
         helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
+        self._starts_softly = bool(self._soft_start) and not self._without_it.rests()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         convergence.patient = not (self._automatic or self._asked_for)
@@ -179,6 +185,8 @@ class Strategies:
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
+                if iterations > MANY:
+                    self._find_soft_start()
             return iterations
         except FAILURES as failure:
             tries_others = self._automatic and self._asked_for is None
@@ -237,6 +245,7 @@ class Strategies:
 
     def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
+        self._contact.restore(now)
         for name, solve in self._others():
             self.restore(now)
             self._trying(name)
@@ -247,10 +256,40 @@ class Strategies:
 
     def _others(self) -> Iterator[tuple[str, Callable[[], int]]]:
         """Yield the other ways by name (docs/measured/robustness_paths.md)."""
+        if self._find_soft_start():
+            yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
         if self._viscous is not None and self._viscous.is_of_use():
             plain = partial(iterations_of, self.solver)
             yield VISCOUS, partial(self._viscous.solve, plain)
+
+    def _find_soft_start(self) -> bool:
+        """Find a soft start for the plain solver, once, at a state of the path; return
+        whether there is one that has not been tried. Collective."""
+        if self._soft_start is not None or not self._automatic:
+            return False
+        self._soft_start = SoftStart(self.solver.problem)
+        self._starts_softly = bool(self._soft_start)
+        return self._starts_softly
+
+    def _softly(self) -> int:
+        """Solve from a soft start, for as long as the plain solver may."""
+        with self._more_iterations():
+            return self._plain()
+
+    def _plain(self) -> int:
+        """Solve by the solver as it was given, from a soft start if there is one."""
+        if not (self._soft_start and self._starts_softly):
+            return iterations_of(self.solver)
+        try:
+            iterations = self._soft_start.solve(self.solver)
+            iterations += iterations_of(self.solver)
+        except FAILURES:
+            self._starts_softly = False
+            self._without_it.failed()
+            raise
+        self._without_it.reset()
+        return iterations
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -307,16 +346,18 @@ class Strategies:
         """Solve by the solver as it was given, from where the last step leads first."""
         was, self.used = self.used, FULL
         prediction = self._prediction
-        # After steps of another way a smooth path may need no more than a better start
-        goes_on = was == FULL or self._lessons.another_leads
+        # After a step of another way a smooth path may need no more than a better start,
+        # after a jump none leads on
+        goes_on = was != VISCOUS
         if prediction and last is not None and (prediction.always or goes_on):
             if prediction.leads_on(now, last, ratio):
                 iterations = self._from_ahead(prediction, now)
                 if iterations is not None:
                     return iterations
-        # A predicted start has the slip of the last step; this one has to find it
-        with self._soft_stick.acting():
-            return iterations_of(self.solver)
+        # A predicted start has the slip of the last step, and the nodes that have closed;
+        # this one has to find them
+        with self._soft_stick.acting(opens=True):
+            return self._plain()
 
     @contextmanager
     def _more_iterations(self) -> Iterator[None]:
@@ -326,9 +367,12 @@ class Strategies:
         raised = self._automatic and getattr(solver, "max_it", None) == MAX_IT
         if raised:
             solver.max_it = MORE_ITERATIONS * MAX_IT
+        convergence = solver.problem.convergence
+        convergence.lasts = raised
         try:
             yield
         finally:
+            convergence.lasts = False
             if raised:
                 solver.max_it = MAX_IT
 
@@ -338,7 +382,7 @@ class Strategies:
         patient, convergence.patient = convergence.patient, False
         try:
             with self._soft_stick.acting():
-                iterations = iterations_of(self.solver)
+                iterations = self._plain()
             self.used = EXTRAPOLATED if prediction.always else FULL
         except FAILURES:
             self.restore(now)

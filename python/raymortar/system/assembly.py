@@ -28,6 +28,7 @@ from ..interface.stiffness import (
     contact_stiffness,
     mean_facet_size,
     shear_moduli,
+    soft_coefficients,
 )
 from ..interface.surface_compliance import SurfaceCompliance
 from ..interface.zone_data import on_sides
@@ -200,6 +201,19 @@ class ContactAssembly:
             self.set_gamma(one_or_each(self.surfaces.interfaces, tables))
         elif is_real_number(self.gamma):
             self._check_size(bcs)
+
+    def softer(
+        self, bcs: Sequence[Any], compliance: SurfaceCompliance
+    ) -> float | PairCoefficients | None:
+        """Coefficient of a law at nodes; None for one, ties, penalties and forms without
+        stiffness. Traction per length. Collective."""
+        surfaces, volume = self.surfaces, self.volume
+        at_points = getattr(self._method, "condition", "points") == "points"
+        led = surfaces.tied is None and surfaces.multiplier is not None
+        if volume is None or not (at_points and led) or self._stiffness(()) is None:
+            return None
+        of = surfaces.interfaces
+        return one_or_each(of, soft_coefficients(of, volume, bcs, compliance))
 
     def _check_size(self, bcs: Sequence[Any]) -> None:
         """Raise for a number gamma that no solve can do with, warn of one with which

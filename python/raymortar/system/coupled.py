@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from mpi4py import MPI
@@ -16,6 +17,7 @@ from ..discretization.forms import check_compiled
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import raise_everywhere, together
+from ..interface.coefficients import PairCoefficients
 from ..interface.probing import VolumePattern
 from ..interface.surface_compliance import SurfaceCompliance
 from .assembly import ContactAssembly
@@ -68,15 +70,32 @@ class CoupledSystem(CoupledIterates):
                 part.unknowns.spaces = [compat.test_space(a)]
         strains = any(part.needs_strains for part in self.parts)
         volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
-        bodies = self.parts[0].surfaces.bodies
-        compliance = SurfaceCompliance(
-            volume, self.unknowns, bodies, bcs, self.axisymmetric
-        )
-        for part in self.parts:
-            part.set_volume(volume, bcs, compliance)
-        compliance.destroy()
-        volume.destroy()
+        with self._compliance(volume, bcs) as compliance:
+            for part in self.parts:
+                part.set_volume(volume, bcs, compliance)
         return volume
+
+    @contextmanager
+    def _compliance(
+        self, volume: VolumePattern, bcs: Sequence[Any]
+    ) -> Iterator[SurfaceCompliance]:
+        """Offer what the surfaces yield, as long as the volume has its matrices.
+        Collective."""
+        of = self.unknowns, self.parts[0].surfaces.bodies, bcs, self.axisymmetric
+        compliance = SurfaceCompliance(volume, *of)
+        try:
+            yield compliance
+        finally:
+            compliance.destroy()
+            volume.destroy()
+
+    def softer(self, bcs: Sequence[Any]) -> list[float | PairCoefficients | None]:
+        """Find what the coefficient of a law at nodes would be, for each part whose law
+        at points has a multiplier; else None. Traction per length. Collective."""
+        form = self._volume.form
+        volume = VolumePattern(form, self.layout, self.axisymmetric, strains=False)
+        with self._compliance(volume, bcs) as compliance:
+            return [part.softer(bcs, compliance) for part in self.parts]
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Go over to the volume, of `prepare`, of another problem of these contacts."""

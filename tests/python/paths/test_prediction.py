@@ -5,9 +5,10 @@ import pytest
 from load_paths import top_moves
 from problems import worst
 
-from raymortar import LoadSteps
+from raymortar import ContactError, LoadSteps
+from raymortar.paths import strategies
 from raymortar.paths.prediction import LONGEST, Prediction
-from raymortar.paths.strategies import FULL
+from raymortar.paths.strategies import FULL, SMALL_GAMMA
 
 
 def recorded(monkeypatch):
@@ -64,3 +65,19 @@ def test_starts_that_fail_are_left_out_for_longer_and_longer(monkeypatch):
     prediction.note(works=True)
     sizes = iter((2.0, 1.0))
     assert prediction.leads_on(now, now, 1.0)
+
+
+def test_a_step_after_one_of_another_way_starts_where_that_one_led(monkeypatch):
+    """The plain solver breaks in the first step; a small gamma solves it."""
+    asked, solve, tries = recorded(monkeypatch), strategies.iterations_of, []
+
+    def breaks_once(solver):
+        tries.append(solver)
+        if len(tries) == 1:
+            raise ContactError("cells are inverted")
+        return solve(solver)
+
+    monkeypatch.setattr(strategies, "iterations_of", breaks_once)
+    _, steps = top_moves("quadrilateral", steps=4)
+    ways = [step.strategy for step in steps.run()]
+    assert ways == [SMALL_GAMMA, FULL, FULL, FULL] and asked == 3 * [True]

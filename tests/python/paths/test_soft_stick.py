@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from arriving import loose_stack, stacked
 from pathing import take
-from slender import belt
+from slender import belt, bent, leaves
 
 import raymortar
 from raymortar.paths import stabilization
@@ -76,6 +76,52 @@ def test_it_adds_a_spring_along_the_surface_at_nodes_that_stick():
     assert np.abs(found[1] - 0.5 * found[0]).max() < 1e-9 * np.abs(added).max()
     problem.J(x, A)
     assert np.array_equal(A.convert("dense").getDenseArray(), plain)
+
+
+@pytest.mark.parametrize("slenderness, most", [(20, 9), (60, 12)])
+def test_a_strip_peels_off_the_tool_in_few_iterations(slenderness, most):
+    """17 in the first step with exact tangents, one for each facet."""
+    path = bent(slenderness, 0.3, **LAW)
+    found = take(path)
+    assert found.arrived and found.ways == {"full": 4}
+    assert found.steps[0].tangents <= most
+    assert found.tangents <= 4 * 8
+    assert path.result()[1] == pytest.approx(
+        {20: 1.44643677, 60: 0.345861087}[slenderness], rel=1e-7
+    )
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "make", [lambda **law: bent(20, **law), lambda **law: leaves(2, **law)]
+)
+def test_nodes_that_come_into_contact_are_soft_across_the_surface(make):
+    """Symmetric, negative, of the multiplier alone, less each time, then none."""
+    path = make(**LAW)
+    problem = path.problem
+    path.apply(0.2)
+    x, A = problem.start(), problem.create_matrix()
+    problem.J(x, A)
+    plain = A.convert("dense").getDenseArray().copy()
+    found, soft = [], SoftStick(problem)
+    with soft.acting(opens=True):
+        for _ in range(20):
+            soft._last = soft._last * 0.0 - 1.0  # as if nodes had changed
+            problem.J(x, A)
+            found.append(A.convert("dense").getDenseArray() - plain)
+    n = problem.contact.layout.n
+    added = found[0][n:, n:]
+    size = np.abs(added).max()
+    assert not found[0][:n].any() and not found[0][:, :n].any()
+    assert np.abs(added - added.T).max() < 1e-12 * size
+    assert np.linalg.eigvalsh(added).max() < 1e-9 * size
+    status = np.concatenate([z.cpp.nodes()["status"] for z in problem.contact.zones])
+    closed = int((status >= raymortar.PointStatus.STICK).sum())
+    assert closed > 0 and np.linalg.matrix_rank(added, tol=1e-9 * size) == closed
+    assert np.abs(found[1] - 0.3 * found[0]).max() < 1e-9 * size
+    assert not found[-1].any()
+    with soft.acting():  # without friction there is nothing else to soften
+        assert problem.soften is None
 
 
 @pytest.mark.quick
