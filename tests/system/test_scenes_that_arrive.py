@@ -128,7 +128,8 @@ def test_a_sheet_is_drawn_by_a_law_at_nodes(cells, depth, steps, monkeypatch):
 
 def test_a_sheet_that_lies_on_its_die_peels_off_by_itself(monkeypatch):
     """Its weight leaves less out of balance than any iterate on the way, as the sheet
-    opens facet by facet: that is no trouble. Before, viscous forces took 153 tangents."""
+    opens facet by facet: that is no trouble. Before, viscous forces took 153 tangents.
+    """
     law = partial(raymortar.AugmentedLagrangian, condition="nodes")
     monkeypatch.setattr(forming, "GAMMA", None)
     monkeypatch.setattr(raymortar, "AugmentedLagrangian", law)
