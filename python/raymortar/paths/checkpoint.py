@@ -357,9 +357,9 @@ class Checkpoint:
         """Why the file is none of this problem, if so; rows are not looked at."""
         contacts = zip(head["contacts"], self.problem.contact.contacts)
         for k, (known, one) in enumerate(contacts):
-            there, here = known.get("law"), _law(one.method)  # older files have none
-            if there and here and there != here:
-                return self._says(f"its contact[{k}] has {there}, here is {here}")
+            law, own = known.get("law"), _law(one.method)  # older files have none
+            if law and own and law != own:
+                return self._says(f"its contact[{k}] has {law}, here is {own}")
         saved = [one for one in head["tables"] if not one["name"].startswith("springs")]
         for k, table in enumerate(tables):
             name = saved[k]["name"] if k < len(saved) else None
