@@ -178,27 +178,26 @@ def _entities(model: Any, dim: int, tag: int) -> list[tuple[int, int]]:
 def _check_facets(model: Any, groups: Any, cells: Any, kind: int) -> None:
     """Raise for a group with facets that are none of a cell: DOLFINx crashes on those
     with nodes of their own, and drops the others."""
-    mesh, dim, known = model.mesh, cells[0][0] - 1, dict[int, set[tuple[int, ...]]]()
-    facets = list[tuple[int, npt.NDArray[np.int64]]]()
+    mesh, dim = model.mesh, cells[0][0] - 1
+    corners = mesh.getElementProperties(kind)[5]
+    if corners in (5, 6):  # facets of two shapes, which contact does not take
+        return
+    rows: dict[int, list[tuple[int, ...]]] = {}
     for tag in (tag for of_dim, tag in groups if of_dim == dim):
+        rows[tag] = []
         for entity in _entities(model, dim, tag):
             for k, _, nodes in zip(*mesh.getElements(*entity)):
-                *_, width, _, corners = mesh.getElementProperties(k)
-                rows = np.asarray(nodes, dtype=np.int64).reshape(-1, width)
-                facets.append((tag, np.sort(rows[:, :corners], axis=1)))
-    for n in {rows.shape[1] for _, rows in facets}:
-        ends = np.concatenate([rows.ravel() for _, rows in facets])
-        of_cells = [_facets_of_cells(mesh, kind, n, *entity) for entity in cells]
-        all_facets = np.concatenate(of_cells).reshape(-1, n)
-        is_used = np.zeros(
-            max(ends.max(initial=0), all_facets.max(initial=0)) + 1, bool
-        )
-        is_used[ends] = True
-        near = all_facets[is_used[all_facets].all(axis=1)]
-        known[n] = set(map(tuple, np.sort(near, axis=1).tolist()))
-    for tag in dict.fromkeys(tag for tag, _ in facets):
-        own = [row for t, rows in facets if t == tag for row in rows.tolist()]
-        bare = [row for row in own if tuple(row) not in known[len(row)]]
+                *_, width, _, count = mesh.getElementProperties(k)
+                found = np.asarray(nodes, dtype=np.int64).reshape(-1, width)
+                rows[tag] += map(tuple, np.sort(found[:, :count], axis=1).tolist())
+    n = 4 if corners == 8 else dim + 1
+    faces = np.concatenate([_faces(mesh, kind, n, *e) for e in cells]).reshape(-1, n)
+    nodes = [node for of_group in rows.values() for row in of_group for node in row]
+    is_used = np.bincount(np.array(nodes, int), minlength=faces.max() + 1) > 0
+    near = faces[is_used[faces].all(axis=1)]
+    known = set(map(tuple, np.sort(near, axis=1).tolist()))
+    for tag, of_group in rows.items():
+        bare = [row for row in of_group if row not in known]
         if bare:
             x = np.mean([mesh.getNode(node)[0] for node in bare[0]], axis=0)
             name = model.getPhysicalName(dim, tag) or None
@@ -209,8 +208,8 @@ def _check_facets(model: Any, groups: Any, cells: Any, kind: int) -> None:
             )
 
 
-def _facets_of_cells(mesh: Any, kind: int, n: int, dim: int, entity: int) -> Any:
-    """Nodes of the facets with n corners of the cells of an entity, one by one."""
+def _faces(mesh: Any, kind: int, n: int, dim: int, entity: int) -> Any:
+    """Corners of the facets of each cell of an entity, n for each facet."""
     if dim == 2:
         found = mesh.getElementEdgeNodes(kind, entity, True)
     else:
