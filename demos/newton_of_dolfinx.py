@@ -42,6 +42,7 @@ def main(arguments=None):
     problem = raymortar.CondensedProblem(residual, u, contact, bcs)
     solver, report = NewtonSolver(problem.comm, problem), common.Report(problem.comm)
     solver.convergence_criterion, solver.rtol = "incremental", 1e-9
+    solver.atol = 1e-12  # of the blocks' size, 1: increments are lengths
     for t in (0.25, 0.5, 0.75, 1.0):
         moved.value[:] = 0.1 * t, 0.0, -0.3 * t
         report.say(f"{t}: {solver.solve(u)[0]} Newton iterations")

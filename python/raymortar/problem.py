@@ -421,6 +421,8 @@ class CoupledProblem:
         tractions, which cancel.
         """
         unknowns, layout = self.contact.unknowns, self.contact.layout
+        for part in self.contact.parts:
+            part.present.require_results()
         with together(self.comm):
             supports = check_supports("supports", supports)
         forces = self.forces()

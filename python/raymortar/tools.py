@@ -73,8 +73,9 @@ def prescribe(
     Raises
     ------
     ContactError
-        If the space has no such component, or if the value is no number or vector of its
-        dimension.
+        If the space has no such component, if the value is no number or vector of its
+        dimension, if facets are no numbers of facets of this rank, or if no rank has
+        any.
 
     Examples
     --------
@@ -96,10 +97,36 @@ def prescribe(
             value = _constant(mesh, value, (dim,) if is_vector else ())
     facet_dim = mesh.topology.dim - 1
     compat.connectivity(mesh, facet_dim, facet_dim + 1)
+    with together(mesh.comm):
+        numbers = _facet_numbers(mesh, facets)
+    if mesh.comm.allreduce(len(numbers)) == 0:
+        raise ContactError(
+            "facets has none on any rank, so nothing would be prescribed"
+        )
     part = V if component is None else V.sub(component)
-    facets = np.asarray(facets, dtype=np.int32)
-    dofs = fem.locate_dofs_topological(part, facet_dim, facets)
+    dofs = fem.locate_dofs_topological(part, facet_dim, numbers)
     return fem.dirichletbc(value, dofs, part)
+
+
+def _facet_numbers(mesh: Mesh, facets: Any) -> compat.Indices:
+    """Check numbers of facets of this rank."""
+    try:
+        found = np.asarray(facets)
+    except ValueError:  # rows of several lengths
+        found = np.empty((0, 0))
+    if found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
+        raise ContactError(
+            "facets must be numbers of facets of this rank, such as "
+            f"facet_tags.find(3) or bodies.find('bottom'), not {described(facets)}"
+        )
+    index_map = mesh.topology.index_map(mesh.topology.dim - 1)
+    count = index_map.size_local + index_map.num_ghosts
+    wrong = found[(found < 0) | (found >= count)]
+    if wrong.size:
+        raise ContactError(
+            f"facets has {wrong[0]}, and the facets of this rank are 0 to {count - 1}"
+        )
+    return found.astype(np.int32)
 
 
 def _constant(mesh: Mesh, value: Any, shape: tuple[int, ...]) -> fem.Constant:

@@ -67,6 +67,41 @@ def test_conditions_that_cannot_be_are_refused(scene, value, component, said):
         tools.prescribe(V, scene.find("bottom"), value, component)
 
 
+@pytest.mark.parametrize(
+    "facets, said",
+    [
+        ("top", r"such as facet_tags.find\(3\) or bodies.find\('bottom'\), not 'top'"),
+        (None, "must be numbers of facets of this rank, .* not None"),
+        (np.array([1.0, 2.0]), r"must be numbers of facets .* not array\(\[1., 2.\]\)"),
+        (3, "must be numbers of facets .* not 3"),
+        ([[1], [2, 3]], "must be numbers of facets"),
+        (
+            np.array([10**6]),
+            r"facets has 1000000, and the facets of this rank are 0 to",
+        ),
+        ([0, -1], "facets has -1, and"),
+        ([], "facets has none on any rank, so nothing would be prescribed"),
+    ],
+)
+def test_facets_that_cannot_be_are_refused(scene, facets, said):
+    V = tools.vector_space(scene.mesh, 1)
+    with pytest.raises(ContactError, match=said):
+        tools.prescribe(V, facets)
+
+
+def test_facets_wrong_on_one_rank_are_refused_on_all(scene):
+    V = tools.vector_space(scene.mesh, 1)
+    wrong = "top" if COMM.rank == COMM.size - 1 else scene.find("top")
+    with pytest.raises(ContactError, match="must be numbers of facets"):
+        tools.prescribe(V, wrong)
+
+
+def test_a_rank_may_have_no_facets(scene):
+    V, top = tools.vector_space(scene.mesh, 1), scene.find("top")
+    facets = [] if COMM.size > 1 and len(top) == 0 else top
+    assert np.all(values_on(applied(V, tools.prescribe(V, facets)), top) == 0.0)
+
+
 @pytest.mark.quick
 @pytest.mark.parametrize("by_name", [False, True])
 def test_a_field_has_the_value_of_each_body(scene, by_name):

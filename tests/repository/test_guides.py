@@ -80,7 +80,7 @@ BEFORE: dict[str, list[str | None]] = {
     "README.md": [None, None],
     "docs/axisymmetry.md": ["", None],
     "docs/condensed.md": [
-        "F, times = residual, (0.5, 1.0)\n"
+        "F, times, size = residual, (0.5, 1.0), 1.0\n"
         "names = {'slave': tag['upper_bottom'], 'master': tag['lower_top']}",
         "import dolfinx\nfrom petsc4py import PETSc\nF, options = residual, {}\n"
         "dual = raymortar.AugmentedLagrangian(condition='nodes', multiplier='dual')\n"

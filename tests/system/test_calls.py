@@ -231,6 +231,13 @@ def test_nothing_is_read_before_there_is_anything(scene, folder):
         with refused("there are no results yet: call update, or solve, first"):
             call()
     assert c.statistics.points == 0
+    F = (
+        ufl.inner(ufl.grad(c.u), ufl.grad(ufl.TestFunction(c.u.function_space)))
+        * ufl.dx
+    )
+    problem = raymortar.NonlinearProblem(F, c)
+    with refused("there are no results yet: call update, or solve, first"):
+        problem.reactions({})
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from petsc4py import PETSc
 
 import numpy as np
@@ -98,6 +100,34 @@ def test_dolfinx_newton_solver_solves_it(cell, mu):
     support = problem.reactions({"bottom": blocks.bcs[0]})["bottom"]
     np.testing.assert_allclose(force, support, atol=1e-9)
     assert force[-1] > 0.01
+
+
+@pytest.mark.skipif(compat.newton_solver_class() is None, reason="it is gone")
+@pytest.mark.mpi
+def test_dolfinx_newton_solver_slides_small_blocks_with_an_atol_of_their_size():
+    """Blocks of 1 um in steps of 1 pm, by the settings of the page: DOLFINx's own
+    atol of 1e-10 is above all of these, and none never ends where nothing changes."""
+    from dolfinx.nls.petsc import NewtonSolver
+
+    size, d = 1e-6, 1e-12
+    found = []
+    for is_condensed in (True, False):
+        blocks = pressed("quadrilateral", 1, 0.3, lower=1.3 * size, upper=size)
+        if is_condensed:
+            solver = NewtonSolver(COMM, blocks.condensed())
+            solver.convergence_criterion, solver.rtol = "incremental", 1e-9
+            solver.atol = 1e-12 * size
+            solve = partial(solver.solve, blocks.u)
+        else:
+            solve = SNESSolver(blocks.coupled()).solve
+        for aside, down in ((0.0, d), (4.0 * d, d), (-4.0 * d, 1.2 * d)):
+            blocks.load.value[:] = aside, -down
+            solve()
+            blocks.contact.advance()
+        solve()  # ends at once
+        found.append(blocks.contact.resultant().force)
+    np.testing.assert_allclose(*found, rtol=1e-6)
+    assert abs(found[0][0] / found[0][1]) == pytest.approx(0.3, rel=1e-4)
 
 
 @pytest.mark.mpi

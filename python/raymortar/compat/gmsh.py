@@ -18,7 +18,7 @@ import numpy.typing as npt
 import ufl
 from dolfinx import cpp as _cpp
 
-from ..errors import ContactError, together
+from ..errors import ContactError, format_point, spoken_tag, together
 from .generation import HAS_UFL_ELEMENTS, Array, Indices
 from .meshes import as_destinations, connectivity, given_partition, meshtags
 
@@ -101,7 +101,8 @@ def read_gmsh(
     ------
     ContactError
         If the file does not exist or is damaged, there are no physical groups, the
-        cells are of several types, or the partition does not give each cell a rank.
+        cells are of several types, a group of facets has some of no cell, or the
+        partition does not give each cell a rank.
     """
     here, model = comm.rank == rank, source
     with ExitStack() as stack:
@@ -157,18 +158,63 @@ def _check_model(model: Any) -> None:
             "the Gmsh model has no physical groups, which is all that is read"
         )
     top = max(dim for dim, _ in groups)
-    entities = [
-        (dim, entity)
-        for dim, tag in groups
-        for entity in model.getEntitiesForPhysicalGroup(dim, tag)
-    ]
-    types = {k for e in entities if e[0] == top for k in model.mesh.getElements(*e)[0]}
+    cells = [e for group in groups if group[0] == top for e in _entities(model, *group)]
+    types = {k for entity in cells for k in model.mesh.getElements(*entity)[0]}
     if len(types) != 1:
         # DOLFINx before 0.10 crashes on these, and contact needs one type anyway.
         names = sorted(model.mesh.getElementProperties(t)[0] for t in types)
         raise ContactError(
             f"the cells of the Gmsh model must be of one type, not of {names}"
         )
+    if top > 1:
+        _check_facets(model, groups, cells, *types)
+
+
+def _entities(model: Any, dim: int, tag: int) -> list[tuple[int, int]]:
+    """Entities of a physical group, as Gmsh takes them."""
+    return [(dim, int(k)) for k in model.getEntitiesForPhysicalGroup(dim, tag)]
+
+
+def _check_facets(model: Any, groups: Any, cells: Any, kind: int) -> None:
+    """Raise for a group with facets that are none of a cell: DOLFINx crashes on those
+    with nodes of their own, and drops the others."""
+    mesh, dim = model.mesh, cells[0][0] - 1
+    corners = mesh.getElementProperties(kind)[5]
+    if corners in (5, 6):  # facets of two shapes, which contact does not take
+        return
+    rows: dict[int, list[tuple[int, ...]]] = {}
+    for tag in (tag for of_dim, tag in groups if of_dim == dim):
+        rows[tag] = []
+        for entity in _entities(model, dim, tag):
+            for k, _, nodes in zip(*mesh.getElements(*entity)):
+                *_, width, _, count = mesh.getElementProperties(k)
+                found = np.asarray(nodes, dtype=np.int64).reshape(-1, width)
+                rows[tag] += map(tuple, np.sort(found[:, :count], axis=1).tolist())
+    n = 4 if corners == 8 else dim + 1
+    faces = np.concatenate([_faces(mesh, kind, n, *e) for e in cells]).reshape(-1, n)
+    nodes = [node for of_group in rows.values() for row in of_group for node in row]
+    is_used = np.bincount(np.array(nodes, int), minlength=faces.max() + 1) > 0
+    near = faces[is_used[faces].all(axis=1)]
+    known = set(map(tuple, np.sort(near, axis=1).tolist()))
+    for tag, of_group in rows.items():
+        bare = [row for row in of_group if row not in known]
+        if bare:
+            x = np.mean([mesh.getNode(node)[0] for node in bare[0]], axis=0)
+            name = model.getPhysicalName(dim, tag) or None
+            raise ContactError(
+                f"the physical group {spoken_tag(tag, name)} "
+                f"has {len(bare)} facet(s) of no cell in a physical group, the first at "
+                f"{format_point(x)}: take them out of it, or give their cells a group"
+            )
+
+
+def _faces(mesh: Any, kind: int, n: int, dim: int, entity: int) -> Any:
+    """Corners of the facets of each cell of an entity, n for each facet."""
+    if dim == 2:
+        found = mesh.getElementEdgeNodes(kind, entity, True)
+    else:
+        found = mesh.getElementFaceNodes(kind, n, entity, True)
+    return np.asarray(found, dtype=np.int64)
 
 
 def _converter() -> Any:

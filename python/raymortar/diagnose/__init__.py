@@ -2,5 +2,6 @@
 
 - outcome: what follows a solve, an error or warnings
 - lost_contact, tools: surfaces, bodies and rigid tools that have lost each other
+- missed: masters that a slave meets on no path
 - failure: messages of solves that did not converge
 """

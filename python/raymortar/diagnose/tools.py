@@ -1,4 +1,4 @@
-"""Rigid tools that have passed through a slave in one step, or met none on a path.
+"""Rigid tools that have passed through a slave in one step.
 
 Seen from a tool, each slave point moves along a line. A point has passed if its line
 crosses the tool's solid and leaves it forwards, the way in which the slave's normal
@@ -9,20 +9,16 @@ along its normal.
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
-from itertools import product
 
 from mpi4py import MPI
 
 import numpy as np
 
 from ..compat import Array, Mask
-from ..discretization.ranks import ends_of
 from ..discretization.reference_facets import N_CORNERS, facet_nodes
-from ..errors import ContactWarning, format_point
 from ..interactions import Interaction
-from ..interface.point_results import CLOSED, OPEN
+from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..rigid.body import Body
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
@@ -42,13 +38,6 @@ PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 # users draw them
 _ANGLES = 0.3 + np.arange(8) * np.pi / 4.0
 AROUND = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)])
-# Directions in space: to faces, edges and corners of a cube
-_CUBE = np.array([n for n in product((-1.0, 0.0, 1.0), repeat=3) if any(n)])
-_TURNED = _CUBE @ rotation_matrix(np.array([0.3, 0.2, 0.1]))
-EVERYWHERE = _TURNED / np.linalg.norm(_TURNED, axis=1)[:, None]
-# Distance, in sizes of the mesh, beyond which a tool at rest does not merely wait for a
-# later path
-FAR = 10.0
 
 
 @dataclass(frozen=True)
@@ -109,7 +98,7 @@ def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -
     """Whether a body has passed points of this rank between two motions."""
     ways = _ways(body, start, end, slave)
     x, n = ways[-1]
-    into, ahead = _cast(body, x, n), _cast(body, x, -n)
+    into, ahead = cast(body, x, n), cast(body, x, -n)
     # Nearer to the far side than to the side that the normals point away from
     beyond = np.isfinite(into) & (ahead < 0.0) & (-ahead < -into)
     beyond &= -into > DEEP * slave.depth
@@ -164,7 +153,7 @@ def _crosses(
     way = np.linalg.norm(b - a, axis=1)
     along = (b - a) / np.maximum(way, np.finfo(float).tiny)[:, None]
     forwards = np.einsum("nd,nd->n", along, n) > FORWARDS
-    ahead, behind = _cast(body, a, along), _cast(body, b, -along)
+    ahead, behind = cast(body, a, along), cast(body, b, -along)
     met = (np.minimum(ahead, behind) < way) & (forwards | (not touches))
     # Without an entry ahead the end is inside, or outside as its depth tells
     first, last = (
@@ -179,13 +168,13 @@ def _crosses(
     for place in PLACES:
         x = a + (first + place * inside)[:, None] * along
         deep = _depths(body, x, along, whole, gdim)
-        below = np.where(deep > 0.0, -_cast(body, x, n), 0.0)
+        below = np.where(deep > 0.0, -cast(body, x, n), 0.0)
         if np.any(np.where(forwards, deep > least, below > depth)):
             return True
     return False
 
 
-def _cast(body: Body, x: Array, n: Array) -> Array:
+def cast(body: Body, x: Array, n: Array) -> Array:
     """Find distances at which rays enter a body, (n,): negative from inside, infinite
     for none. Length."""
     x, n = np.ascontiguousarray(x), np.ascontiguousarray(n)
@@ -202,70 +191,10 @@ def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array
     else:
         one, other = directions_across(along)
         across = [c * one + s * other for c, s, _ in AROUND]
-    found = np.array([_cast(body, x, n) for n in (*across, along, -along)])
+    found = np.array([cast(body, x, n) for n in (*across, along, -along)])
     behind = np.where(found < 0.0, -found, np.inf)
     ahead = np.isfinite(found) & (found >= 0.0)
     # A ray through an edge may err: the others outvote it
     inside = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
     nearest = np.where(whole, behind[: len(across)].min(axis=0), behind.min(axis=0))
     return np.where(inside, nearest, 0.0)
-
-
-class ToolsOnPath:
-    """The rigid bodies of a problem that its slaves have met on no path so far.
-
-    A body is met where the ray of an integration point hits it within reach. Bodies that
-    are free are not looked at: where nothing is ahead of them, a solve fails. It is made
-    at the start of a path.
-    """
-
-    def __init__(self, contact: Interaction) -> None:
-        self._contact, self._comm = contact, contact.layout.comm
-        self._start = [zone.motions.present() for zone in contact.zones]
-
-    def look(self) -> None:
-        """See which bodies are met at present. Collective."""
-        for zone in self._contact.zones:
-            bodies = zone.facets.bodies
-            if not all(body.is_free or k in zone.met for k, body in enumerate(bodies)):
-                points, met = zone.points(), np.zeros(len(bodies), dtype=bool)
-                met[points["master"][points["status"] >= OPEN]] = True
-                self._comm.Allreduce(MPI.IN_PLACE, met, op=MPI.LOR)
-                zone.met.update(np.flatnonzero(met).tolist())
-
-    def warn(self) -> None:
-        """Warn of bodies that have moved on this path, or are far away, and were met on
-        none. Collective."""
-        for start, zone in zip(self._start, self._contact.zones):
-            for k, body in enumerate(zone.facets.bodies):
-                if body.is_free or k in zone.met:
-                    continue
-                slave = zone.facets.slave_surface
-                box = ends_of(slave.X[np.unique(slave.facet_nodes)], self._comm)
-                box = np.pad(box, ((0, 0), (0, 3 - slave.gdim)))
-                x = self._contact.u.function_space.mesh.geometry.x
-                size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
-                moved = bool(np.any(body.motion() != start[k]))
-                if moved or _distance(body, box.mean(axis=0)) > FAR * size:
-                    warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=4)
-
-
-def _distance(body: Body, middle: Array) -> float:
-    """Estimate the distance of a body from a point: along some directions, or of its
-    centre where that is less. Length."""
-    R, shift = body.pose_of(body.motion())
-    ways = AROUND if body.shape.gdim == 2 else EVERYWHERE
-    along = np.abs(_cast(body, np.tile((middle - shift) @ R, (len(ways), 1)), ways))
-    return float(min(along.min(), np.linalg.norm(middle - body.place)))
-
-
-def _text(zone: ZoneData, body: Body, box: Array) -> str:
-    """Tell where a body is, and where the slave is that has not met it."""
-    gdim = zone.facets.slave_surface.gdim
-    places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]
-    return (
-        f"the rigid {body.name} has met no facet of {zone.facets.spoken} on "
-        f"the whole path: its centre is at {places[0]}, and the undeformed slave "
-        f"between {places[1]} and {places[2]}. Is its place, its size or its motion "
-        "in another unit than the mesh?"
-    )

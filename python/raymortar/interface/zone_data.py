@@ -135,7 +135,8 @@ class ZoneData:
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
     is_pulled: bool = False  # warned of, see `warn_of_tension`
-    # Numbers of the rigid bodies that it has met on a path, see `missed_tools`
+    # Numbers of the rigid bodies that it has met on a path, of masters with facets 0; see
+    # `diagnose.missed`
     met: set[int] = field(default_factory=set)
 
     @property

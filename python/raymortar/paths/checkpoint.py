@@ -24,6 +24,7 @@ from ..errors import (
 )
 from ..interface.coefficients import SAME, PairCoefficients
 from ..interface.state import JointState
+from ..options.methods import AugmentedLagrangian
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
 from .history import History
@@ -178,6 +179,7 @@ class Checkpoint:
                 {
                     "gamma": one.gamma if is_real_number(one.gamma) else None,
                     "scale": one.gamma_scale,
+                    "law": _law(one.method),
                     "motions": [_list(motion) for motion in part.old_motions],
                     "freedoms": [_list(values) for values in part.freedoms],
                 }
@@ -244,7 +246,7 @@ class Checkpoint:
         ------
         ContactError
             If there is no such file, if it is cut short, or if it is of another mesh,
-            other fields, bodies or columns; nothing is then changed.
+            law, other fields, bodies or columns; nothing is then changed.
         """
         contact, state = self.problem.contact, self.problem.contact.state()
         head = read_head(self._comm, self.path)
@@ -353,6 +355,11 @@ class Checkpoint:
 
     def _fault_of(self, head: Any, tables: Sequence[Table]) -> str | None:
         """Why the file is none of this problem, if so; rows are not looked at."""
+        contacts = zip(head["contacts"], self.problem.contact.contacts)
+        for k, (known, one) in enumerate(contacts):
+            law, own = known.get("law"), _law(one.method)  # older files have none
+            if law and own and law != own:
+                return self._says(f"its contact[{k}] has {law}, here is {own}")
         saved = [one for one in head["tables"] if not one["name"].startswith("springs")]
         for k, table in enumerate(tables):
             name = saved[k]["name"] if k < len(saved) else None
@@ -386,6 +393,14 @@ class Checkpoint:
                 cell = table.number[off].min()
                 return self._says(f"cell {cell} of {table.name} is at another place")
         return None
+
+
+def _law(method: Any) -> str | None:
+    """Say what the values of a multiplier mean, if there is one."""
+    if not isinstance(method, AugmentedLagrangian):
+        return None
+    dual = "multiplier='dual' and " * method.is_dual
+    return f"{dual}condition={method.condition!r}"
 
 
 def _list(values: Any) -> list[Any]:

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import lost_contact
+from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
-from ..diagnose.tools import ToolsOnPath
 from ..errors import (
     BodyLeft,
     ContactError,
@@ -241,9 +241,9 @@ class LoadSteps:
         ways = Strategies(path, progress.trying, *options, self._stabilization)
         ways.rejected = partial(self._tell, self.on_reject)
         self._warn_of_velocities()
-        tools, doubts = ToolsOnPath(contact), Doubts(problem)
+        masters, doubts = MastersOnPath(contact), Doubts(problem)
         last, snapped, effort = None, False, Effort(problem)
-        tools.look()
+        masters.look()
         while not path.ended:
             before = contact.state()
             progress.solving(path.next)
@@ -268,7 +268,7 @@ class LoadSteps:
                 continue
             path.reached()
             problem.evaluate()
-            tools.look()
+            masters.look()
             doubts.warn(stacklevel=3)
             if ways.released and not snapped:
                 snapped = True
@@ -300,7 +300,7 @@ class LoadSteps:
                 *effort.taken(),
             )
         ways.finish()
-        tools.warn()
+        masters.warn()
         for one in contact.contacts:
             for watcher in one.assembly.present.watchers:
                 text = watcher.path_ended()

@@ -61,7 +61,8 @@ def plot(
         Picture to write, ``.png``, ``.pdf``, ...; None: only the figure is made.
     field
         Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
-        stress, a vector by its length. Default: the displacement.
+        stress; of a vector its length, of a tensor the root of the sum of its squared
+        components. Default: the displacement.
     label
         Label of the colour bar; the unit is added unless it ends with it. Default: the
         name of the field; "displacement", with the name of its Function if it has one.

@@ -176,3 +176,65 @@ def test_unreadable_gmsh_models_are_refused_everywhere(fill_model, pattern):
         compat.read_gmsh(gmsh.model, COMM, gdim=2)
     if COMM.rank == 0:
         gmsh.finalize()
+
+
+def gmsh_lone(gmsh):
+    """A square, and a line apart from it in a group of its own."""
+    gmsh_square(gmsh)
+    ends = [gmsh.model.occ.addPoint(x, 0, 0) for x in (2, 3)]
+    lone = gmsh.model.occ.addLine(*ends)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(1, [lone], 9)
+    gmsh.model.setPhysicalName(1, 9, "lone")
+    gmsh.model.mesh.clear()
+    gmsh.model.mesh.generate(2)
+
+
+def gmsh_diagonal(gmsh):
+    """A square, and a line between two of its corners that is no edge of a cell."""
+    gmsh_square(gmsh)
+    line = gmsh.model.addDiscreteEntity(1)
+    gmsh.model.mesh.addElementsByType(line, 1, [], [1, 3])
+    gmsh.model.addPhysicalGroup(1, [line], 9)
+
+
+def gmsh_sheet(gmsh):
+    """A cube of tetrahedra, and a face above it."""
+    gmsh.model.add("sheet")
+    body = gmsh.model.occ.addBox(0, 0, 0, 1, 1, 1)
+    sheet = gmsh.model.occ.addRectangle(0, 0, 2, 1, 1)
+    gmsh.model.occ.synchronize()
+    gmsh.model.addPhysicalGroup(3, [body], 1)
+    skin = gmsh.model.getBoundary([(3, body)], oriented=False)
+    gmsh.model.addPhysicalGroup(2, [tag for _, tag in skin], 2)
+    gmsh.model.addPhysicalGroup(2, [sheet], 3)
+    gmsh.model.setPhysicalName(2, 3, "sheet")
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 1.0)
+    gmsh.model.mesh.generate(3)
+
+
+@pytest.mark.parametrize(
+    "fill_model, dim, said",
+    [
+        (
+            gmsh_lone,
+            2,
+            r"group 'lone' \(tag 9\) has 4 facet.* of no cell .* at \(2\.\d*, 0,",
+        ),
+        (
+            gmsh_diagonal,
+            2,
+            r"group tag 9 has 1 facet.* the first at \(0.5, 0.5, 0\): take",
+        ),
+        (gmsh_sheet, 3, r"group 'sheet' \(tag 3\) has \d+ facet.*, 2\): take them out"),
+    ],
+)
+def test_facets_of_no_cell_are_refused_everywhere(fill_model, dim, said):
+    gmsh = pytest.importorskip("gmsh")
+    if COMM.rank == 0:
+        gmsh.initialize(["", "-v", "1"])
+        fill_model(gmsh)
+    with pytest.raises(errors.ContactError, match=said):
+        compat.read_gmsh(gmsh.model, COMM, gdim=dim)
+    if COMM.rank == 0:
+        gmsh.finalize()

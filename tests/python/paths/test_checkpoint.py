@@ -14,9 +14,10 @@ from dolfinx import fem
 from partitions import scattered
 from problems import COMM, worst
 
-from raymortar import Checkpoint, ContactError, compat
+from raymortar import AugmentedLagrangian, Checkpoint, ContactError, compat
 from raymortar.interface.state import ContactState
 from raymortar.partitions import strips
+from raymortar.paths.tables import MARK
 
 pytestmark = pytest.mark.mpi
 
@@ -183,6 +184,29 @@ def test_another_problem_is_named(written, options, match):
     model = changed(**options)
     with pytest.raises(ContactError, match=match):
         model.checkpoint(written[0], history=None).read()
+
+
+def nodes(multiplier):
+    """The blocks with a law at nodes."""
+    return changed(method=AugmentedLagrangian(condition="nodes", multiplier=multiplier))
+
+
+def test_another_law_is_named_where_the_file_knows(folder):
+    path, kept = folder / "points.chk", b', "law": "condition=\'points\'"'
+    changed().checkpoint(path).write(0.0)
+    for multiplier, said in ((None, ""), ("dual", "multiplier='dual' and ")):
+        match = rf"contact\[0\] has condition='points', here is {said}condition='nodes'"
+        with pytest.raises(ContactError, match=match):
+            nodes(multiplier).checkpoint(path).read()
+    if COMM.rank == 0:
+        whole = path.read_bytes()
+        assert whole.count(kept) == 1
+        start = len(MARK)
+        size = int.from_bytes(whole[start : start + 8], "little") - len(kept)
+        head = MARK + size.to_bytes(8, "little")
+        path.write_bytes(head + whole[start + 8 :].replace(kept, b""))
+    COMM.barrier()
+    assert nodes(None).checkpoint(path).read() == 0.0
 
 
 @pytest.mark.quick
