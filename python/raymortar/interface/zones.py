@@ -160,6 +160,7 @@ def create_zone(
         MasterTags(zone, comm, zone.meets_itself),
         Motions(zone.bodies),
         multiplier_degree=q,
+        dual_multiplier=layout.multiplier if options.method.is_dual else None,
         has_law_at_nodes=tied is None and options.method.condition == "nodes",
     )
 
