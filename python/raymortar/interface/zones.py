@@ -174,13 +174,13 @@ def default_degree(
     whose functions have degree p on flat simplices and 2p on flat parallelograms (without
     parallel sides they are rational, and no rule is exact). On slaves of simplices they
     are exact times a multiplier of degree q (penalty: p of the slave), on quadrilaterals
-    times a uniform traction and 1 for the Jacobian. There the rule of degree 4 has no
-    more points than that of 3.
+    times a uniform traction and 1 for the Jacobian. With quadrilaterals it is 4 at least,
+    so that a field of degree 2 beside a displacement of degree 1 has a uniform flux.
     """
-    functions = max(2 * p if shape == "quadrilateral" else p for shape, p in sides)
-    if sides[0][0] == "quadrilateral":
-        return max(functions + 1, 4)
-    return functions + q + axisymmetric
+    are_square = [shape == "quadrilateral" for shape, _ in sides]
+    functions = max(2 * p if on else p for on, (_, p) in zip(are_square, sides))
+    degree = functions + (1 if are_square[0] else q) + axisymmetric
+    return max(degree, 4) if any(are_square) else degree
 
 
 def segment_rules(shape: str, degree: int, share: float = 1.0) -> _cpp.SegmentRules:
