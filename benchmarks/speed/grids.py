@@ -114,7 +114,7 @@ class Pair:
         rows_u = dim * (len(slave.X) + len(master.X))
         components = dim if friction else 1
         self.size = rows_u + components * len(nodes)
-        rule = default_degree(shape, degree, q)
+        rule = default_degree([(shape, degree)] * 2, q)
         h = np.sqrt(2.0) / n
         self._surfaces = (
             surface(shape, degree, slave, 0),

@@ -56,7 +56,7 @@ class Contact(NodalFields, Interaction):
         `Coulomb`, `Tresca`, `Stick` or `Friction`; None: frictionless.
     quadrature_degree
         Degree of the rule on each segment. None: the lowest beyond which more points
-        reduce no error, see `quadrature.default_degree`.
+        reduce no error, by the facets and degrees of both sides.
     measure
         ``"reference"``: integrals over the undeformed slave surface, the multiplier is
         the nominal traction; ``"current"``: over the deformed one, Cauchy traction.

@@ -262,13 +262,15 @@ def apart(
     stiffer=None,
     swap=False,
     kind=raymortar.Contact,
+    beside=lambda contact: ([], [], [], []),
     **options,
 ):
     """Blocks on meshes of their own, elastic or nearly incompressible (`mixed`).
 
     `degree` is that of both displacements, or one of each. On `rollers`, what is
     pressed is free to spread. The upper block, the slave unless it is to `swap`, may be
-    some times `stiffer`. `kind` is what the blocks have between them.
+    some times `stiffer`. `kind` is what the blocks have between them. `beside` gives
+    forms, fluxes, conditions and Functions of fields beside the displacement.
     """
     functions, given, F, bcs = [], [], [], []
     top = moving_top(scenes[1])
@@ -307,7 +309,10 @@ def apart(
         for i, value in enumerate(top):
             bcs.append(fix(lower, scenes[0], "bottom", i))
             bcs.append(fix(upper, scenes[1], "top", i, value))
-    problem = raymortar.NonlinearProblem(F, contact, bcs, u=functions)
+    forms, fluxes, more, fields = beside(contact)
+    problem = raymortar.NonlinearProblem(
+        F + forms, [contact, *fluxes], bcs + more, u=functions + fields
+    )
     return Hosted(scenes, contact, problem, functions, top)
 
 

@@ -150,7 +150,7 @@ def test_functions_of_covered_facets(cell, degree):
     tests = BERNSTEIN if degree == 2 else HATS[shape]
     coefficients, _ = dual_coefficients(tests, shape)
     contact = touching(cell, degree)
-    points, lam = contact.points(), nodal(contact)
+    points, lam = contact.zones[0].points(), nodal(contact)
     B = np.stack([values(p, points["xi"]) for p in tests], axis=1)
     phi = B @ np.array(coefficients, dtype=float).T
     expected = np.einsum("qj,qji->qi", phi, lam[points["slave"]])
@@ -166,7 +166,7 @@ def test_functions_of_covered_facets(cell, degree):
 def test_functions_of_a_facet_that_is_half_covered(degree):
     tests = BERNSTEIN if degree == 2 else HATS["interval"]
     contact = touching("triangle", degree, lower=0.75)
-    points, lam = contact.points(), nodal(contact)
+    points, lam = contact.zones[0].points(), nodal(contact)
     hit = points["master"] >= 0
     assert len(lam) == 2
     for f in range(2):

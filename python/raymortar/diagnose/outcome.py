@@ -184,7 +184,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
 
 def _pressed(zone: ZoneData) -> tuple[float, str]:
     """Find the largest penetration of a pressed point over its facet's size."""
-    points, surface = zone.points(), zone.facets.slave_surface
+    points, surface = zone.seen_points(), zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return 0.0, ""

@@ -157,6 +157,17 @@ def tractions(zone: ZoneData, multiplier: Function) -> dict[str, Any]:
     return found | {"traction": traction, "contact_normal": normal}
 
 
+def largest_pressure(zone: ZoneData, points: dict[str, Array], of: Any) -> float:
+    """Find the largest pressure at some points, of dual multipliers at the nodes of their
+    facets."""
+    values = -points["pressure"][of]
+    if zone.dual_multiplier is not None:
+        around = np.unique(zone.multiplier_table[points["slave"][of]])
+        at_nodes = pressures(tractions(zone, zone.dual_multiplier))
+        values = at_nodes[np.searchsorted(zone.multiplier_nodes, around)]
+    return float(values.max(initial=0.0))
+
+
 def set_at_nodes(
     zones: Sequence[ZoneData],
     quantity: Callable[[ZoneData], Any],

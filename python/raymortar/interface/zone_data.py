@@ -16,6 +16,7 @@ from ..compat import Array, Indices, Mask
 from ..discretization.facets import Global
 from ..discretization.ranks import index_among, of_all
 from ..discretization.reference_facets import (
+    dot,
     interpolate,
     normals,
     shape_functions,
@@ -122,6 +123,7 @@ class ZoneData:
     hit_parts: MasterTags  # which part of a surface that meets itself is hit
     motions: Motions  # of the rigid bodies that it meets
     multiplier_degree: int = 0
+    dual_multiplier: Function | None = None  # one of dual functions
     has_law_at_nodes: bool = False
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
@@ -174,6 +176,26 @@ class ZoneData:
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
+        return points
+
+    def seen_points(self) -> dict[str, Array]:
+        """`points` with the tractions that one looks at, whose integrals are the same.
+
+        Dual functions jump and change sign; their nodal values times the test functions
+        do not [theory (4.35)].
+        """
+        points = self.points()
+        if self.dual_multiplier is None:
+            return points
+        surface, degree = self.facets.slave_surface, self.multiplier_degree
+        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        values = self.dual_multiplier.x.array.reshape(-1, surface.gdim)
+        nodal = values[self.multiplier_table[points["slave"][hit]]]
+        if degree == 2:  # Bernstein polynomials, by their values at the nodes
+            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
+        t = interpolate(surface.shape, degree, nodal, points["xi"][hit])
+        points["traction"][hit] = t
+        points["pressure"][hit] = dot(t, points["contact_normal"][hit])
         return points
 
     def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:

@@ -101,7 +101,7 @@ def create_zone(
         side.set_thickness(length)
     multipliers, nodes = _cpp.Multipliers(), np.empty(0, dtype=np.int32)
     table = np.empty((len(zone.slave.facets), 0), dtype=np.int32)
-    p = q = surface.displacement_degree
+    q = surface.displacement_degree
     if layout.multiplier is not None:
         W = layout.multiplier.function_space
         q, table = compat.element_info(W).degree, facet_dof_table(W, zone.slave)
@@ -114,7 +114,8 @@ def create_zone(
         )
     degree = options.quadrature_degree
     if degree is None:
-        degree = default_degree(surface.shape, p, q, surface.axisymmetric)
+        sides = [(side.shape, side.displacement_degree) for side in zone.sides]
+        degree = default_degree(sides, q, surface.axisymmetric)
     # Each place of a surface that meets itself is integrated from both sides
     share = 0.5 if zone.meets_itself else 1.0
     turn = "_of_revolution" if surface.axisymmetric else ""
@@ -159,21 +160,27 @@ def create_zone(
         MasterTags(zone, comm, zone.meets_itself),
         Motions(zone.bodies),
         multiplier_degree=q,
+        dual_multiplier=layout.multiplier if options.method.is_dual else None,
         has_law_at_nodes=tied is None and options.method.condition == "nodes",
     )
 
 
-def default_degree(shape: str, p: int, q: int, axisymmetric: bool = False) -> int:
+def default_degree(
+    sides: Sequence[tuple[str, int]], q: int, axisymmetric: bool = False
+) -> int:
     """Degree of the rule on segments, from where more points change no error.
 
-    On simplices traction times test function is exact on flat facets: displacement of
-    degree p times a multiplier of degree q (penalty: the gap, of degree p). On
-    quadrilaterals a constant traction times a test function is, on flat parallelograms
-    (without parallel sides shape functions are rational, and no rule is exact): 2p and
-    1 for the Jacobian. The rule of degree 4 has no more points than that of 3.
+    Of both sides, slave first, the shape of facets and the degree p of the displacement,
+    whose functions have degree p on flat simplices and 2p on flat parallelograms (without
+    parallel sides they are rational, and no rule is exact). On slaves of simplices they
+    are exact times a multiplier of degree q (penalty: p of the slave), on quadrilaterals
+    times a uniform traction and 1 for the Jacobian. With quadrilaterals it is 4 at least,
+    so that a field of degree 2 beside a displacement of degree 1 has a uniform flux.
     """
-    degree = max(2 * p + 1, 4) if shape == "quadrilateral" else p + q
-    return degree + axisymmetric
+    are_square = [shape == "quadrilateral" for shape, _ in sides]
+    functions = max(2 * p if on else p for on, (_, p) in zip(are_square, sides))
+    degree = functions + (1 if are_square[0] else q) + axisymmetric
+    return max(degree, 4) if any(are_square) else degree
 
 
 def segment_rules(shape: str, degree: int, share: float = 1.0) -> _cpp.SegmentRules:

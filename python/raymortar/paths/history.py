@@ -102,7 +102,8 @@ class History:
     columns
         - ``time``: load factor; ``iterations``, ``halvings``: of the load step;
         - ``active``: integration points in contact; ``min_gap`` (length; NaN where
-          the bodies are out of reach), ``max_pressure``: over these points;
+          the bodies are out of reach), ``max_pressure``: over these points,
+          of dual multipliers over nodes;
         - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
           ``normal_0_x``, ... and ``tangential_0_x``, ...; with several contacts the
           numbers continue, in the order of the problem's list;

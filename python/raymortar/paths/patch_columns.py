@@ -13,7 +13,7 @@ import numpy as np
 from ..compat import Array
 from ..errors import ContactError, direction, vector
 from ..interface.pairs import as_label
-from ..interface.point_results import CLOSED
+from ..interface.point_results import CLOSED, largest_pressure
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
@@ -44,7 +44,7 @@ def _patch(zone: ZoneData, master: int | None) -> Array:
     area, x, p = (points[name][closed] for name in ("weight", "x", "pressure"))
     sums = np.array([area.sum(), -(area @ p), *(-(area * p) @ x)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
-    peak = zone.comm.allreduce(float((-p).max(initial=0.0)), op=MPI.MAX)
+    peak = zone.comm.allreduce(largest_pressure(zone, points, closed), op=MPI.MAX)
     centre = sums[2:] / sums[1] if sums[1] > 0.0 else np.full(len(sums) - 2, np.nan)
     return np.array([sums[0], *centre, peak])
 

@@ -55,7 +55,9 @@ class PointResults:
         - ``distance``: slave to master along the normal, without the offset. Length
         - ``pressure``: pressure of the law, **negative in compression**, 0 where it
           is open. Traction
-        - ``traction`` (n, d): what acts on the slave, in global coordinates
+        - ``traction`` (n, d): what acts on the slave, in global coordinates. With
+          ``multiplier="dual"`` both are interpolated from the nodes' values
+          [theory (4.35)], and not zero at open points beside closed ones
         - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
           slave's tangent plane; ``closing``: how much of an open gap has closed since
           then; ``accumulated_slip``: length of the slip of all accepted steps. Length
@@ -113,7 +115,7 @@ class PointResults:
     def _points_of(self, surface: int) -> dict[str, Array]:
         """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
-        points: dict[str, Any] = data.points()
+        points: dict[str, Any] = data.seen_points()
         numbers = self.pair_table.of_surface(surface, data.facets.master_tags)
         # The last one is for points that hit no master
         points["pair"] = np.array([*numbers, -1], np.int32)[data.masters_of(points)]

@@ -51,7 +51,9 @@ def _segments(zone: ZoneData, u: Function) -> Cells:
         surface, np.repeat(slave, sizes), xi, u.x.array.reshape(-1, surface.gdim)
     )
     ids = np.asarray(surface.facet_ids[slave], dtype=np.int64)
-    data: dict[str, Any] = {"slave_facet": ids} | _averages(zone.points(), segments)
+    data: dict[str, Any] = {"slave_facet": ids} | _averages(
+        zone.seen_points(), segments
+    )
     return x, sizes, data
 
 
@@ -76,7 +78,7 @@ def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str,
 
 def _points(zone: ZoneData) -> Cells:
     """Make vertices of a zone's integration points."""
-    points = zone.points()
+    points = zone.seen_points()
     data = {name: points[name] for name in POINT_DATA if name in points}
     data["status"] = data["status"].astype(np.int64)
     return points["x"], np.ones(len(points["x"]), dtype=int), data

@@ -18,6 +18,7 @@ from ..interface.point_results import (
     CLOSED,
     OPEN,
     along_normal,
+    largest_pressure,
     pressures,
     traction_part,
 )
@@ -83,7 +84,8 @@ class Statistics:
     min_gap, max_gap
         Over the points that are hit, with the offset. Length.
     max_pressure
-        Over the points that are hit. Traction, positive in compression.
+        Over the points that are hit, of dual multipliers over the nodes of their facets.
+        Traction, positive in compression.
     candidate_builds, halo_builds, pairings, pairings_skipped, preallocations
         Sums since the start: searches, exchanges of facets between ranks, pairings,
         calls in which nothing had moved, and preallocations of matrices.
@@ -175,7 +177,7 @@ def _counts(zone: ZoneData) -> Statistics:
     found.slip_points = found.hits if "slip" in points else 0
     found.min_gap = points["gap"][hit].min(initial=np.inf)
     found.max_gap = points["gap"][hit].max(initial=-np.inf)
-    found.max_pressure = (-points["pressure"][hit]).max(initial=0.0)
+    found.max_pressure = largest_pressure(zone, points, hit)
     return found
 
 
