@@ -29,6 +29,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from ..rigid.motions import LARGEST_TURN
+from .corners import corner_pressed_twice
 from .failure import automatic_gamma, compared, describe
 from .lost_contact import lost_contact
 
@@ -149,6 +150,9 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
             share, text = _worst(contact, map(_pressed, one.zones))
             if share > SOFT:
                 yield Finding(("soft", k), share, text, partial(_stiffer, problem, one))
+        corner = corner_pressed_twice(one)
+        if corner is not None:
+            yield Finding(("corner", k), 1.0, corner)
         if one.friction is None and one.multiplier is not None:
             for number, zone in enumerate(one.zones):
                 if not zone.is_pulled:

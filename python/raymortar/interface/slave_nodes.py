@@ -51,23 +51,10 @@ class Cover:
         self.alone = len(zones) == 1 and W.mesh.comm.size == 1
         self._corners: Mask | None = None
         if len(zones) > 1:
-            self._corners = self._find_corners()
+            self._corners = corners_between(zones, W)
             for zone in zones:
                 corners = self._corners[zone.multiplier_nodes]
                 zone.cpp.set_corner_nodes(corners.astype(np.int8))
-
-    def _find_corners(self) -> Mask:
-        """Mark block dofs at corners, where zones have different normals."""
-        index_map = self._W.dofmap.index_map
-        degree, directions = compat.element_info(self._W).degree, []
-        for zone in self._zones:
-            # Vector areas as directions, on the axis of revolution too
-            surface = replace(zone.facets.slave_surface, axisymmetric=False)
-            areas = vector_areas(surface, index_map, degree, zone.multiplier_table)
-            length = np.linalg.norm(areas, axis=1, keepdims=True)
-            directions.append(areas / np.where(length > 0.0, length, 1.0))
-        total = np.linalg.norm(np.sum(directions, axis=0), axis=1)
-        return total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
 
     def share(self) -> None:
         """Send the common marks to the zones, after they have been paired."""
@@ -84,6 +71,20 @@ class Cover:
             if self._corners is not None:
                 covered = np.where(self._corners, covered, anywhere)
             zone.cpp.set_covered_nodes(covered[zone.multiplier_nodes].astype(np.int8))
+
+
+def corners_between(zones: Sequence[ZoneData], W: FunctionSpace) -> Mask:
+    """Mark block dofs of the multiplier at corners, where zones have different normals.
+    Collective."""
+    degree, directions = compat.element_info(W).degree, []
+    for zone in zones:
+        # Vector areas as directions, on the axis of revolution too
+        surface = replace(zone.facets.slave_surface, axisymmetric=False)
+        areas = vector_areas(surface, W.dofmap.index_map, degree, zone.multiplier_table)
+        length = np.linalg.norm(areas, axis=1, keepdims=True)
+        directions.append(areas / np.where(length > 0.0, length, 1.0))
+    total = np.linalg.norm(np.sum(directions, axis=0), axis=1)
+    return total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
 
 
 # Flat surroundings
