@@ -1,4 +1,4 @@
-"""Corners at which two slave surfaces of a contact press: they share a multiplier."""
+"""Corners between slave surfaces of a contact, whose faces share a multiplier."""
 
 from __future__ import annotations
 
@@ -11,30 +11,29 @@ from ..interface.point_results import CLOSED
 from ..interface.slave_nodes import corners_between
 
 
-def corner_pressed_twice(one: Contact) -> str | None:
-    """Tell of a corner whose faces both press, and have one multiplier. Collective."""
+def corner_between(one: Contact, pressed: int) -> str | None:
+    """Tell of a corner between slave surfaces of which so many, at least, press there.
+    Collective."""
     zones = one.zones
     if one.multiplier is None or one.tied is not None or len(zones) == 1:
         return None
-    W, comm, pressed = one.multiplier.function_space, one.layout.comm, []
+    W, comm, press = one.multiplier.function_space, one.layout.comm, []
     for zone in zones:
         points = zone.points()
         facets = np.unique(points["slave"][points["status"] >= CLOSED])
-        pressed.append(marked_everywhere(W, zone.multiplier_table[facets].ravel()))
-    sharp = np.sum(pressed, axis=0) > 1
-    if not comm.allreduce(int(sharp.any())):
+        press.append(marked_everywhere(W, zone.multiplier_table[facets].ravel()))
+    enough = np.sum(press, axis=0) >= pressed
+    if not comm.allreduce(int(enough.any())):
         return None
-    found = np.flatnonzero(sharp & corners_between(zones, W))
-    X = W.tabulate_dof_coordinates()[:, : W.mesh.geometry.dim]
-    mine = [(tuple(X[i]), [bool(on[i]) for on in pressed]) for i in found]
-    places = sorted(sum(comm.allgather(mine), []))
-    if not places:
+    at = np.flatnonzero(enough & corners_between(zones, W))
+    meet = [np.isin(at, zone.multiplier_nodes).tolist() for zone in zones]
+    X = W.tabulate_dof_coordinates()[at, : W.mesh.geometry.dim].tolist()
+    # A rank may know a corner by some of its faces alone
+    found = sorted(sum(comm.allgather(list(zip(X, zip(*meet)))), []))
+    if not found:
         return None
-    place, which = places[0]
-    names = [zone.facets.spoken for zone, on in zip(zones, which) if on]
-    return (
-        f"{' and '.join(names)} both press at the corner that they share, for example at "
-        f"the undeformed {format_point(place, [x for x, _ in places])}, where one "
-        "multiplier is not the traction on two faces: forces are off by up to a few "
-        "percent. Give each slave surface a Contact of its own"
-    )
+    place = found[0][0]
+    faces = np.any([meets for x, meets in found if x == place], axis=0)
+    named = " and ".join(zone.facets.spoken for zone, on in zip(zones, faces) if on)
+    return f"{named} share a corner at {format_point(place, [x for x, _ in found])}"
+

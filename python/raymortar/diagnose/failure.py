@@ -19,6 +19,7 @@ from ..interface.probing import VolumePattern
 from ..interface.slave_nodes import rigid_slaves
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..problem import CoupledProblem
+from .corners import corner_between
 from .lost_contact import far_on_springs, loose_bodies, unheld
 
 # Errors that another way, or a smaller step, may cure
@@ -91,7 +92,13 @@ def describe(problem: CoupledProblem) -> str:
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
-    odd = [*strange_gammas(problem), *rubbed]
+    corners = [corner_between(one, pressed=1) for one in contact.contacts]
+    shared = [
+        f"{corner}, with one multiplier for both faces: give each a Contact of its own"
+        for corner in corners
+        if corner is not None
+    ]
+    odd = [*strange_gammas(problem), *rubbed, *shared]
     return describe_failure(*seen, rigid, softer, excess, odd, in_use, sprung)
 
 

@@ -29,7 +29,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from ..rigid.motions import LARGEST_TURN
-from .corners import corner_pressed_twice
+from .corners import corner_between
 from .failure import automatic_gamma, compared, describe
 from .lost_contact import lost_contact
 
@@ -42,6 +42,10 @@ SOFT, SOFTER = 0.1, 2.0
 UNRESOLVED = (
     ": the facets do not resolve what touches there (a face beside a sharp corner, a "
     "step): refine it, or leave it out of the slave's tag"
+)
+SHARED = (
+    ": one multiplier is not the traction on two faces, and forces are off by up to a few "
+    "percent. Give each slave surface a Contact of its own"
 )
 # Tension of a node, of the largest pressure
 TENSION = 0.05
@@ -150,9 +154,9 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
             share, text = _worst(contact, map(_pressed, one.zones))
             if share > SOFT:
                 yield Finding(("soft", k), share, text, partial(_stiffer, problem, one))
-        corner = corner_pressed_twice(one)
+        corner = corner_between(one, pressed=2)
         if corner is not None:
-            yield Finding(("corner", k), 1.0, corner)
+            yield Finding(("corner", k), 1.0, f"{corner}, and both press there{SHARED}")
         if one.friction is None and one.multiplier is not None:
             for number, zone in enumerate(one.zones):
                 if not zone.is_pulled:
