@@ -1,7 +1,7 @@
 """Contact inside DOLFINx's own Newton solver (3D, neo-Hookean, friction).
 
-Two blocks whose meshes do not match are pressed together and sheared. Multipliers are
-condensed: the unknowns are the displacement's, and any solver of them serves.
+Two blocks are pressed together and sheared. Multipliers are condensed: any solver of
+the displacement serves.
 """
 
 import sys
@@ -33,16 +33,15 @@ def main(arguments=None):
     moved = fem.Constant(read.mesh, (0.0, 0.0, 0.0))
     held = tools.prescribe(V, read.find("bottom"))
     bcs = [held, tools.prescribe(V, read.find("top"), moved)]
-
     # Contact, in a problem of u alone; DOLFINx's solver knows nothing of it
     method = raymortar.AugmentedLagrangian(condition="nodes", multiplier="dual")
     given = read.facet_tags, [("upper_bottom", "lower_top")], method
-    law, names = raymortar.Coulomb(0.2), read.names
-    contact = raymortar.Contact(u, *given, friction=law, names=names)
+    more = {"friction": raymortar.Coulomb(0.2), "names": read.names}
+    contact = raymortar.Contact(u, *given, **more)
     problem = raymortar.CondensedProblem(residual, u, contact, bcs)
     solver, report = NewtonSolver(problem.comm, problem), common.Report(problem.comm)
-    solver.convergence_criterion, solver.rtol = "incremental", 1e-9
-    solver.atol = 1e-12  # of the blocks' size, 1: increments are lengths
+    # Increments are lengths; the blocks' size is 1
+    solver.convergence_criterion, solver.rtol, solver.atol = "incremental", 1e-9, 1e-12
     for t in (0.25, 0.5, 0.75, 1.0):
         moved.value[:] = 0.1 * t, 0.0, -0.3 * t
         report.say(f"{t}: {solver.solve(u)[0]} Newton iterations")
