@@ -42,12 +42,14 @@ def confined(apart):
     return problem.contact.resultant(0).force, told
 
 
+@pytest.mark.mpi
 def test_they_share_a_multiplier_and_are_told_of():
     force, told = confined(apart=False)
     assert len(told) == 1 and "(1, 0)" in told[0] and "Contact of its own" in told[0]
     assert abs(force[1] - 0.3) > 1e-3
 
 
+@pytest.mark.mpi
 def test_each_in_a_contact_of_its_own_has_the_exact_force():
     force, told = confined(apart=True)
     assert not told
