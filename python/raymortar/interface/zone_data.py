@@ -182,7 +182,7 @@ class ZoneData:
         """`points` with the tractions that one looks at, whose integrals are the same.
 
         Dual functions jump and change sign; their nodal values times the test functions
-        do not [theory (4.35)].
+        do not [theory (4.35)]. ``dual`` are the tractions that do work, by the former.
         """
         points = self.points()
         if self.dual_multiplier is None:
@@ -194,6 +194,7 @@ class ZoneData:
         if degree == 2:  # Bernstein polynomials, by their values at the nodes
             nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
         t = interpolate(surface.shape, degree, nodal, points["xi"][hit])
+        points["dual"] = points["traction"].copy()
         points["traction"][hit] = t
         points["pressure"][hit] = dot(t, points["contact_normal"][hit])
         return points

@@ -202,7 +202,7 @@ def resultant(
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
     asked, those of the master where the two are not the same, theory (4.22).
     """
-    points = zone.points()
+    points = zone.seen_points()
     if zone.facets.meets_itself:
         return mutual(zone)
     if master is not None:
@@ -224,7 +224,7 @@ def mutual(
     minus that of points that hit it, theory (3.15). None: all parts; of a surface that
     meets others, all of these.
     """
-    points = zone.points()
+    points = zone.seen_points()
     own, met = zone.parts_of(points)
 
     def among(part: Indices, chosen: Sequence[int] | None) -> Mask:
@@ -248,14 +248,16 @@ def _sum_up(
 ) -> Resultant:
     """Sum up forces and moments at points of all ranks. Collective."""
     dim = zone.facets.slave_surface.gdim
-    forces = points["weight"][:, None] * points["traction"]
-    normal = along_normal(points, forces)
-    moments = _moments(zone.arms(points), forces - normal)
+    weight = points["weight"][:, None]
+    forces = weight * points.get("dual", points["traction"])
+    couples = forces - along_normal(points, forces)
+    moments = _moments(zone.arms(points), couples)
     moments += _moments(points["x"], forces)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
         feet = zone.have_feet(points)[:, None]
         moments = np.where(feet, moments, _moments(hits, forces))
+    normal = along_normal(points, weight * points["traction"])
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
     force, normal, moment = np.split(sums, [dim, 2 * dim])
