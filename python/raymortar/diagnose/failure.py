@@ -46,7 +46,7 @@ _ALIKE = 0.02
 NOT_A_NUMBER = -4
 # Factor off the automatic coefficient up to which solves hardly suffer
 FAR_OFF = 100.0
-# Ratio of moduli from which the softer side is the better slave (docs/choosing_sides)
+# Ratio of moduli from which the softer side is the better slave (docs/surfaces)
 STIFFER = 10.0
 
 

@@ -37,10 +37,11 @@ BEHIND = -0.5
 class MastersOnPath:
     """The masters of a problem that its slaves have met on no path so far.
 
-    A master is met where the ray of an integration point hits it within reach; of those
-    with facets one of a slave counts for all of them. Rigid bodies that are free are not
-    looked at: where nothing is ahead of them, a solve fails. Surfaces that meet
-    themselves may never fold. It is made at the start of a path.
+    A master is met where the ray of an integration point hits it within reach. A slave
+    that meets one of its masters with facets counts as meeting all of them. Free rigid
+    bodies are left out, as a solve fails where nothing is ahead of them, and so are
+    surfaces that meet themselves, which may never fold. It is made at the start of a
+    path.
     """
 
     def __init__(self, contact: Interaction) -> None:

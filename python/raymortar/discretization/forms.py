@@ -221,7 +221,7 @@ def jacobians(
 
 
 def derivative(form: Any, f: Function, expanded: bool = False) -> Any:
-    """Derivative of a form by a Function, None for zero. Expanded: of arguments only."""
+    """Derivative of a form by a Function, None for zero; expanded by UFL if asked."""
     if not any(coefficient is f for coefficient in form.coefficients()):
         return None
     J = ufl.derivative(form, f, ufl.TrialFunction(f.function_space))

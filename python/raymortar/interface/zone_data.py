@@ -137,8 +137,8 @@ class ZoneData:
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
     is_pulled: bool = False  # warned of, see `warn_of_tension`
-    # Numbers of the rigid bodies that it has met on a path, of masters with facets 0; see
-    # `diagnose.missed`
+    # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with
+    # facets. See `diagnose.missed`
     met: set[int] = field(default_factory=set)
 
     @property
@@ -179,10 +179,10 @@ class ZoneData:
         return points
 
     def seen_points(self) -> dict[str, Array]:
-        """`points` with the tractions that one looks at, whose integrals are the same.
+        """Return `points` with tractions to show, whose integrals are the same.
 
-        Dual functions jump and change sign; their nodal values times the test functions
-        do not [theory (4.35)]. ``dual`` are the tractions that do work, by the former.
+        Dual functions jump and change sign. The nodal values times the test functions do
+        not [theory (4.35)]. ``dual`` has the tractions by dual functions, which do work.
         """
         points = self.points()
         if self.dual_multiplier is None:

@@ -170,12 +170,13 @@ def default_degree(
 ) -> int:
     """Degree of the rule on segments, from where more points change no error.
 
-    Of both sides, slave first, the shape of facets and the degree p of the displacement,
-    whose functions have degree p on flat simplices and 2p on flat parallelograms (without
-    parallel sides they are rational, and no rule is exact). On slaves of simplices they
-    are exact times a multiplier of degree q (penalty: p of the slave), on quadrilaterals
-    times a uniform traction and 1 for the Jacobian. With quadrilaterals it is 4 at least,
-    so that a field of degree 2 beside a displacement of degree 1 has a uniform flux.
+    `sides` has the shape of facets and the degree p of the displacement, slave first.
+    Shape functions have degree p on flat simplices and 2p on flat parallelograms (without
+    parallel sides they are rational, and no rule is exact). If the slave has simplices,
+    their products with a multiplier of degree q (penalty: p of the slave) are exact. If it
+    has quadrilaterals, uniform tractions are, with 1 more for the Jacobian. If either side
+    has quadrilaterals, the degree is at least 4, so that a field of degree 2 beside a
+    displacement of degree 1 has a uniform flux.
     """
     are_square = [shape == "quadrilateral" for shape, _ in sides]
     functions = max(2 * p if on else p for on, (_, p) in zip(are_square, sides))

@@ -21,10 +21,11 @@ ROUGH = 1e-3
 class SoftStart:
     """Starts solves from a rough solution with the coefficient of what surfaces yield.
 
-    Of a law at points (5.2) is up to 1e3 times (5.16) where bodies bend, so that hundreds
-    of points change their status in a solve. With (5.16) few do, and from there a solve
-    with the coefficient in use, whose solution alone is taken, needs two to five
-    iterations. Where bodies do not bend there is no such start. Collective.
+    Where bodies bend, the coefficient (5.2) of a law at points is up to 1e3 times that
+    of (5.16), and hundreds of points change their status in a solve. With (5.16) few
+    points do. From its solution a solve with the coefficient in use needs two to five
+    iterations, and only that second solution is kept. Where bodies do not bend, there is
+    no soft start. Collective.
     """
 
     def __init__(self, problem: Any) -> None:

@@ -64,7 +64,7 @@ class SoftStick:
             for part, *_ in self._zones
         }
         self._count, self._last = 0, np.empty(0)
-        # Nodes that have no traction, of those the ones that are closed at the start
+        # Nodes without a traction at the start of the solve
         self._free: list[Mask] = []
 
     @contextmanager

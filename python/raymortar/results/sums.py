@@ -202,9 +202,9 @@ def resultant(
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
     asked, those of the master where the two are not the same, theory (4.22).
     """
-    points = zone.seen_points()
     if zone.facets.meets_itself:
         return mutual(zone)
+    points = zone.seen_points()
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
     return _sum_up(zone, points, at_hits)
