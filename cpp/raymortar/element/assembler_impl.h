@@ -203,25 +203,22 @@ private:
 template <class F>
 std::unique_ptr<Assembler> assembler_for(const ContactState& s)
 {
+  constexpr int highest = F::shape == Shape::interval ? F::degree : 1;
   const int degree = s.multipliers.degree;
   return with_law(
       s,
-      [degree]<class Law>() -> std::unique_ptr<Assembler>
+      [&]<class Law>() -> std::unique_ptr<Assembler>
       {
-        if constexpr (Law::template multiplier_size<F::gdim> == 0)
-          return std::make_unique<AssemblerImpl<F, 0, Law>>();
-        else
-        {
-          if (degree == 1)
-            return std::make_unique<AssemblerImpl<F, 1, Law>>();
-          if constexpr (F::shape == Shape::interval and F::degree == 2)
-            if (degree == 2)
-              return std::make_unique<AssemblerImpl<F, 2, Law>>();
+        constexpr int components = Law::template multiplier_size<F::gdim>;
+        if (components > 0 and (degree < 1 or degree > highest))
           throw Error("multiplier of degree " + std::to_string(degree) +
                       " on facets with displacement of degree " +
                       std::to_string(F::degree) +
                       ": 2D takes up to the displacement's degree, 3D takes 1");
-        }
+        if (components == 0 or degree == highest)
+          return std::make_unique<
+              AssemblerImpl<F, components == 0 ? 0 : highest, Law>>();
+        return make_general_assembler(s);
       });
 }
 } // namespace raymortar

@@ -58,27 +58,36 @@ decltype(auto) with_geometry(const Description& s, Fn&& fn)
                     });
 }
 
+/// @brief The same where the dimension of the space is known.
+template <int D, class Description, class Fn>
+decltype(auto) with_geometry_in(const Description& s, Fn&& fn)
+{
+  const auto with_degree = [&]<Shape S>() -> decltype(auto)
+  {
+    if (s.node_degree == 1)
+      return fn(FacetType<S, 1, 1>{});
+    return fn(FacetType<S, 2, 2>{});
+  };
+  if constexpr (D == 2)
+    return with_degree.template operator()<Shape::interval>();
+  else if (s.shape == Shape::triangle)
+    return with_degree.template operator()<Shape::triangle>();
+  else
+    return with_degree.template operator()<Shape::quadrilateral>();
+}
+
 /// @brief Call `fn(S{}, M{})` for the geometry of the facets of two surfaces of
 /// one space: their shapes and degrees may differ.
 template <class Slave, class Master, class Fn>
 decltype(auto) with_geometries(const Slave& slave, const Master& master,
                                Fn&& fn)
 {
-  const auto with_slave = [&]<class S>(S) -> decltype(auto)
-  {
-    const auto with_degree = [&]<Shape M>() -> decltype(auto)
-    {
-      if (master.node_degree == 1)
-        return fn(S{}, FacetType<M, 1, 1>{});
-      return fn(S{}, FacetType<M, 2, 2>{});
-    };
-    if constexpr (S::gdim == 2)
-      return with_degree.template operator()<Shape::interval>();
-    else if (master.shape == Shape::triangle)
-      return with_degree.template operator()<Shape::triangle>();
-    else
-      return with_degree.template operator()<Shape::quadrilateral>();
-  };
-  return with_geometry(slave, with_slave);
+  return with_geometry(
+      slave,
+      [&]<class S>(S of) -> decltype(auto)
+      {
+        return with_geometry_in<S::gdim>(
+            master, [&](auto to) -> decltype(auto) { return fn(of, to); });
+      });
 }
 } // namespace raymortar

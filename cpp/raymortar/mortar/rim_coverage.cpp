@@ -1,6 +1,7 @@
 #include "raymortar/mortar/rim_coverage.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/middle.h"
+#include "raymortar/geometry/ray.h"
 #include "raymortar/mortar/tool_rays.h"
 #include <algorithm>
 #include <cmath>
@@ -30,24 +31,91 @@ constexpr double near_it = 0.25;
 /// facet's diameter
 constexpr double open_by_gap = 0.5, open_by_size = 0.1;
 
+template <int D>
+Frame<D> frame_on(const Surface& surface, Index facet, const Vec<2>& xi)
+{
+  return with_geometry_in<D>(surface,
+                             [&]<class F>(F)
+                             {
+                               return frame_at<F>(
+                                   surface.nodes<F>(surface.x, facet),
+                                   xi.template head<F::tdim>());
+                             });
+}
+
+template <int D>
+Frame<D> frame_in_middle(const Surface& surface, Index facet)
+{
+  return with_geometry_in<D>(surface,
+                             [&]<class F>(F)
+                             {
+                               return frame_at<F>(
+                                   surface.nodes<F>(surface.x, facet),
+                                   middle_of_reference<F>());
+                             });
+}
+
+double diameter_of(const Surface& surface, Index facet)
+{
+  return with_geometry(surface,
+                       [&]<class F>(F) {
+                         return diameter<F>(surface.nodes<F>(surface.x, facet));
+                       });
+}
+
+/// Reference coordinates of a facet's corners
+std::vector<Vec<2>> corners_of(const Surface& surface)
+{
+  return with_geometry(surface,
+                       [&]<class F>(F)
+                       {
+                         std::vector<Vec<2>> corners;
+                         for (std::size_t c = 0; c < F::Ref::corners; ++c)
+                         {
+                           corners.emplace_back(Vec<2>::Zero());
+                           for (std::size_t i = 0; i < F::tdim; ++i)
+                             corners.back()[i] = F::Node::points[c][i];
+                         }
+                         return corners;
+                       });
+}
+
+/// Along a slave's ray to a facet, beyond the facet's edges as well; infinite
+/// where the slave does not face it
+template <int D>
+double gap_along(const Frame<D>& from, const Surface& tools, Index facet)
+{
+  return with_geometry_in<D>(
+      tools,
+      [&]<class M>(M)
+      {
+        const auto nodes = tools.nodes<M>(tools.x, facet);
+        const RayHit<M> hit = intersect<M>(
+            from.x, from.n, nodes, flat_guess<M>(from.x, from.n, nodes));
+        const bool is_met =
+            hit.status == RayStatus::hit and
+            -from.n.dot(frame_at<M>(nodes, hit.eta).n) > tolerance::facing;
+        return is_met ? hit.g : std::numeric_limits<double>::infinity();
+      });
+}
+
 /// A slave facet and the facets of tools near it
-template <class S, class M>
+template <int D>
 class Surroundings
 {
 public:
-  static constexpr int D = S::gdim;
-
   Surroundings(const Surface& slave, Index facet, const Surface& tools,
                std::span<const Index> near)
-      : _nodes(slave.nodes<S>(slave.x, facet)), _tools(tools),
-        _n(frame_at<S>(_nodes, middle_of_reference<S>()).n),
-        _slack(open_by_size * diameter<S>(_nodes))
+      : _slave(slave), _facet(facet), _tools(tools),
+        _n(frame_in_middle<D>(slave, facet).n),
+        _slack(open_by_size * diameter_of(slave, facet))
   {
+    const std::vector<Vec<2>> corners = corners_of(slave);
     for (const Index m : near)
     {
-      const Frame<D> middle = middle_of_facet(m);
+      const Frame<D> middle = frame_in_middle<D>(tools, m);
       _faces.push_back({middle.n, middle.x, -_n.dot(middle.n)});
-      find_nearest_corner(m, _faces.back());
+      find_nearest_corner(corners, m, _faces.back());
     }
   }
 
@@ -59,11 +127,11 @@ public:
     double lowest = std::numeric_limits<double>::infinity(), highest = 0.0;
     for (const Vec<2>& xi : polygon)
     {
-      const double g = gap(xi.template head<S::tdim>(), master);
+      const double g = gap(xi, master);
       lowest = std::min(lowest, g);
       highest = std::max(highest, g);
     }
-    const Frame<D> own = middle_of_facet(master);
+    const Frame<D> own = frame_in_middle<D>(_tools, master);
     const double facing = -_n.dot(own.n), slack = open_by_gap * highest;
     const auto lies_along = [&](const Face& other)
     {
@@ -86,29 +154,20 @@ private:
     double facing; ///< -n_s . n in the middle of the slave facet
     /// Least of the slave facet's corners, and which that is. Length
     double distance = std::numeric_limits<double>::infinity();
-    typename S::RefPoint corner = S::RefPoint::Zero();
+    Vec<2> corner = Vec<2>::Zero();
   };
 
-  /// Along the ray of a place of the slave, beyond the facet's edges as well;
-  /// infinite where the slave does not face it
-  [[nodiscard]] double gap(const typename S::RefPoint& xi, Index which) const
+  /// Along the ray of a place of the slave
+  [[nodiscard]] double gap(const Vec<2>& xi, Index which) const
   {
-    const auto frame = frame_at<S>(_nodes, xi);
-    const auto nodes = _tools.nodes<M>(_tools.x, which);
-    const RayHit<M> hit = intersect<M>(frame.x, frame.n, nodes,
-                                       flat_guess<M>(frame.x, frame.n, nodes));
-    const bool is_met =
-        hit.status == RayStatus::hit and
-        -frame.n.dot(frame_at<M>(nodes, hit.eta).n) > tolerance::facing;
-    return is_met ? hit.g : std::numeric_limits<double>::infinity();
+    return gap_along<D>(frame_on<D>(_slave, _facet, xi), _tools, which);
   }
 
-  void find_nearest_corner(Index which, Face& face) const
+  void find_nearest_corner(const std::vector<Vec<2>>& corners, Index which,
+                           Face& face) const
   {
-    for (int c = 0; c < S::Ref::corners; ++c)
+    for (const Vec<2>& xi : corners)
     {
-      const typename S::RefPoint xi(
-          S::Node::points[static_cast<std::size_t>(c)].data());
       const double distance = std::abs(gap(xi, which));
       if (distance < face.distance)
       {
@@ -118,13 +177,8 @@ private:
     }
   }
 
-  [[nodiscard]] Frame<D> middle_of_facet(Index which) const
-  {
-    return frame_at<M>(_tools.nodes<M>(_tools.x, which),
-                       middle_of_reference<M>());
-  }
-
-  typename S::NodeMatrix _nodes;
+  const Surface& _slave;
+  Index _facet;
   const Surface& _tools;
   Vec<D> _n;     ///< of the slave facet, in its middle
   double _slack; ///< of oblique segments. Length
@@ -132,22 +186,19 @@ private:
 };
 
 /// Whether each segment is open, beside a face that its slave lies along
+template <int D>
 std::vector<bool> are_beside(const Surface& slave, const Surface& tools,
                              const Candidates& near, const Segmentation& s)
 {
   std::vector<bool> found;
   found.reserve(s.segments.size());
-  const auto look = [&]<class S, class M>(S, M)
+  for (auto one = s.segments.begin(); one != s.segments.end();)
   {
-    for (auto one = s.segments.begin(); one != s.segments.end();)
-    {
-      const Index f = one->slave;
-      const Surroundings<S, M> around(slave, f, tools, near.masters_of(f));
-      for (; one != s.segments.end() and one->slave == f; ++one)
-        found.push_back(around.is_beside(polygon_of(s, *one), one->master));
-    }
-  };
-  with_geometries(slave, tools, look);
+    const Index f = one->slave;
+    const Surroundings<D> around(slave, f, tools, near.masters_of(f));
+    for (; one != s.segments.end() and one->slave == f; ++one)
+      found.push_back(around.is_beside(polygon_of(s, *one), one->master));
+  }
   return found;
 }
 
@@ -197,7 +248,9 @@ segments_that_count(const Surface& slave, std::span<const PlacedTool> tools,
   std::vector<bool> count = are_met(slave, tools, s, range);
   if (not has_multiplier)
     return count;
-  const std::vector<bool> out = are_beside(slave, facets, near, s);
+  const std::vector<bool> out = slave.gdim == 2
+                                    ? are_beside<2>(slave, facets, near, s)
+                                    : are_beside<3>(slave, facets, near, s);
   for (std::size_t k = 0; k < count.size(); ++k)
     count[k] = count[k] and not out[k];
   return count;

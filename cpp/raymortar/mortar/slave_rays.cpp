@@ -52,15 +52,9 @@ private:
 template <int D>
 std::unique_ptr<SlaveRays<D>> make_slave_rays(const Surface& slave)
 {
-  return with_geometry(slave,
-                       [&]<class F>(F) -> std::unique_ptr<SlaveRays<D>>
-                       {
-                         if constexpr (F::gdim == D)
-                           return std::make_unique<RaysOf<F>>(slave);
-                         else
-                           throw Error(
-                               "slave and master have unlike dimensions");
-                       });
+  return with_geometry_in<D>(slave,
+                             [&]<class F>(F) -> std::unique_ptr<SlaveRays<D>>
+                             { return std::make_unique<RaysOf<F>>(slave); });
 }
 
 template std::unique_ptr<SlaveRays<2>> make_slave_rays<2>(const Surface&);
