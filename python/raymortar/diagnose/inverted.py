@@ -24,9 +24,9 @@ TURNED = -0.2
 def inverted_cells(contact: Interaction) -> tuple[int, str]:
     """Count the cells that are inside out, and say where the worst one is. Collective.
 
-    A cell counts where the Jacobian of its vertices' positions in its middle has changed
-    its sign since before any motion, and is no longer small. Laws for large strains resist that without limit, and
-    linear elasticity does not.
+    A cell counts where the Jacobian of its vertices' positions in its middle has another
+    sign than before any motion, and is not small. Laws for large strains resist that
+    without limit, and linear elasticity does not.
     """
     comm, u, count = contact.layout.comm, contact.u, 0
     worst: tuple[float, str] = (0.0, "")

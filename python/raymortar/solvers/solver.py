@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import inspect
 import sys
 import warnings
 import weakref
@@ -232,9 +233,7 @@ class CoupledSolver(ABC):
 @functools.cache
 def _settings(solver: type[CoupledSolver]) -> list[str]:
     """Public attributes of a type of solver that can be set."""
-    names = {
-        name for one in solver.__mro__ for name in vars(one).get("__annotations__", {})
-    }
+    names = {name for one in solver.__mro__ for name in inspect.get_annotations(one)}
     names |= {
         name
         for name in dir(solver)
