@@ -25,7 +25,9 @@ from raymortar import dynamics, io, rigid, tools
 # Any consistent units
 E, NU, DENSITY, GRAVITY, RADIUS, HEIGHT = 1000.0, 0.3, 1.0, 10.0, 0.5, 0.5
 SURFACE = 1
-FRAMES, TOP = 40, 120.0
+FRAMES, TOP = 40, 300.0
+# Shares of the time: the first falls and jumps
+SHOWN = 0.0, 0.125, 0.175, 0.35, 0.525, 0.675
 
 
 def fall(comm, n, end, dt, scheme=None, file=None, mass="nearest"):
@@ -75,11 +77,7 @@ def draw(result, path):
     figure, (left, right) = drawing.pyplot().subplots(
         1, 2, figsize=(10.0, 3.6), layout="constrained", width_ratios=[1.3, 1.0]
     )
-    for k, (_, (x, u, mises)) in enumerate(cells[:: max(len(cells) // 6, 1)][:6]):
-        at = x[..., :2] + u + [1.1 * k, 0.0]
-        colours = drawing.draw_field(left, at, mises, [(1, 1)], top=TOP)
-    left.axhline(0.0, color=drawing.EXACT)
-    left.set(aspect="equal", xticks=[], ylabel="height")
+    colours = drawing.side_by_side(left, cells, SHOWN, 1.1, TOP)
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
     for values, label in ((kinetic, "kinetic"), (elastic, "elastic"),
                           (potential, "potential")):  # fmt: skip
@@ -87,7 +85,7 @@ def draw(result, path):
     whole = kinetic + elastic + potential
     right.plot(time, whole, color=drawing.EXACT, label="all")
     right.set(xlabel="time", ylabel="energy over the first one")
-    right.legend(fontsize=8)
+    right.legend(fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4)
     figure.savefig(path)
     frames = [(at, (x[..., :2] + u, mises)) for at, (x, u, mises) in cells]
     drawing.animate(path.with_suffix(".gif"), frames, (-0.7, 0.7, -0.1, 1.2), TOP)

@@ -85,7 +85,7 @@ def draw(found, named, path, parts):
     right.plot(named.way, named.force, color=drawing.EXACT, label="two named sides")
     right.plot(found.way, found.force, "o", color=drawing.COMPUTED, label='"all"')
     right.plot(found.way, BEAM * H * found.way, "--", color="0.5", label="beam")
-    right.set(xlabel="way of the corner / H", ylabel="force on it")
+    right.set(xlabel="way of the corner / H", ylabel="force on the corner")
     right.legend()
     figure.savefig(path, bbox_inches="tight")
 

@@ -74,20 +74,19 @@ def crush(comm, size, steps, itself=True):
 
 
 def draw(found, half, path, parts):
-    """The crushed ring with its mirror image, and force over way."""
-    figure, (left, right) = drawing.pyplot().subplots(1, 2, figsize=(10, 4))
-    x, moved, mises = parts
-    for sign in (1.0, -1.0):
-        at = (x[..., :2] + moved) * [sign, 1.0]
-        colours = drawing.draw_field(left, at, mises, [(1, 1)], mises.max())
-    left.axis("equal")
+    """The ring with its mirror image, before and after, and force over way."""
+    options = {"figsize": (10.0, 4.0), "layout": "constrained"}
+    figure, (left, right) = drawing.pyplot().subplots(1, 2, **options)
+    (x, moved, mises), halves = parts, [(1, 1), (-1, 1)]
+    drawing.draw_field(left, x[..., :2], np.full_like(mises, np.nan), halves)
+    colours = drawing.draw_field(left, x[..., :2] + moved, mises, halves)
     left.axis("off")
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
     right.semilogy(half.way, half.force, color=drawing.EXACT, label="quarter on a line")
     right.semilogy(found.way, found.force, "o", color=drawing.COMPUTED, label="half")
-    right.set(xlabel="how much the plates come closer", ylabel="force on half a plate")
+    right.set(xlabel="approach of the plates", ylabel="force on half a plate")
     right.legend()
-    figure.savefig(path, bbox_inches="tight")
+    figure.savefig(path)
 
 
 def main(arguments=None):

@@ -19,6 +19,7 @@ __all__ = [
     "gather_states",
     "polygons_and_curve",
     "pyplot",
+    "side_by_side",
     "states_and_curve",
     "space_and_curve",
 ]
@@ -121,6 +122,22 @@ def states_and_curve(path, states, label, top, images, exact, computed, axes, bo
     figure.colorbar(colours, ax=bodies, label=label, shrink=0.7)
     beside(panels["curve"], exact, computed, **axes)
     figure.savefig(path)
+
+
+def side_by_side(axes, states, shares, width, top):
+    """Draw plane bodies above a floor at shares of the time, side by side.
+
+    `states` are those of `gather_states`. Returns the colours.
+    """
+    shown = [states[round(share * (len(states) - 1))] for share in shares]
+    places = [width * k for k in range(len(shown))]
+    for place, (_, (x, u, field)) in zip(places, shown):
+        colours = draw_field(axes, x[..., :2] + u + [place, 0.0], field, top=top)
+    axes.axhline(0.0, color=EXACT)
+    times = [f"{time:.3g}" for time, _ in shown]
+    axes.set(aspect="equal", xticks=places, xticklabels=times, xlabel="time")
+    axes.set_ylabel("height")
+    return colours
 
 
 def beside(axes, exact, computed, size=5, **settings):

@@ -103,7 +103,7 @@ def main(arguments=None):
     mesh, file = u.function_space.mesh, args.output / "plug.png"
     io.write_xdmf(file.with_suffix(".xdmf"), mesh, [u, contact.traction("normal")])
     mises = tools.nodal_field(tools.von_mises(stress), mesh, "mises", 1, 4)
-    axes = {"xlabel": "push (cm)", "ylabel": "force and its part of friction (N)"}
+    axes = {"xlabel": "push (cm)", "ylabel": "force, below it friction's part (N)"}
     label, gap = "von Mises stress (N/cm²)", [np.nan]
     way = np.concatenate([way, gap, way])
     forces = [

@@ -96,8 +96,7 @@ def main(arguments=None):
         around = np.linspace(0.0, 2.0 * np.pi, 200)
         ring = RADIUS * np.array([np.cos(around), np.sin(around)])
         left.plot(*(ring + wheel.place[:2, None]), color=drawing.EXACT)
-        ends = wheel.place[0] + np.array([-2.0, 2.0]) * RADIUS
-        left.set(aspect="equal", xlabel="x", ylabel="y", xlim=ends)
+        left.set(aspect="equal", xlabel="x", ylabel="y")
         turned = -history["rotation_wheel"]
         style = {"color": drawing.COMPUTED, "ms": 3.5, "mfc": "none", "label": "way"}
         exact = {"color": drawing.EXACT, "label": "angle times radius"}

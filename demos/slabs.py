@@ -105,7 +105,7 @@ def main(arguments=None):
     io.write_xdmf(args.output / "slabs.xdmf", u.function_space.mesh, [u, *fields])
     p = np.geomspace(*rows[[0, -1], 0], 100)
     curve, computed = (p, exact(p), "slabs in series"), (*rows.T, "computed")
-    axes = {"xlabel": "pressure (MPa)", "ylabel": "heat (N/mm/s)", "xscale": "log"}
+    axes = {"xlabel": "pressure (MPa)", "ylabel": "heat flux (mW/mm²)", "xscale": "log"}
     path, label = args.output / "slabs.png", "temperature (K)"
     drawing.field_and_curve(path, u, fields[0], label, curve, computed, axes)
     return report.finish("slabs")

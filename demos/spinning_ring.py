@@ -77,12 +77,9 @@ def draw(result, path):
     options = {"figsize": (11.0, 3.2), "layout": "constrained"}
     options["width_ratios"] = [1.6, 1.0, 1.0]
     figure, (left, middle, right) = drawing.pyplot().subplots(1, 3, **options)
-    for k, (_, (x, v, mises)) in enumerate(cells[:: len(cells) // 5][:5]):
-        colours = drawing.draw_field(
-            left, x[..., :2] + v + [1.3 * k, 0.0], mises, top=TOP
-        )
-    left.axhline(0.0, color=drawing.EXACT)
-    left.set(aspect="equal", xticks=[], yticks=[0, 1], ylabel="height")
+    shares = np.arange(5) / 5.0
+    colours = drawing.side_by_side(left, cells, shares, 1.3, TOP)
+    left.set(yticks=[0, 1])
     figure.colorbar(colours, ax=left, label="von Mises stress", shrink=0.6)
     for name in GAINED:
         middle.plot(h["time"], h[name], label=name.replace("_", " "))

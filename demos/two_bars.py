@@ -84,7 +84,8 @@ def draw(results, path):
     left.plot([0, 0, 2, 2, 2.5], [0, 1, 1, 0, 0], color=drawing.EXACT, label="exact")
     for mass, found in results.items():
         left.plot(found.time, found.stress, color=MASSES[mass], lw=1.0, label=mass)
-        right.plot(found.time, found.energy, color=MASSES[mass], label=mass)
+        dashes = "--" if mass == "affine" else "-"  # upon that of "nearest"
+        right.plot(found.time, found.energy, dashes, color=MASSES[mass])
     left.set(xlabel="time c / L", ylabel="pressure / (rho c v)", ylim=(-0.2, 2.5))
     right.set(xlabel="time c / L", ylabel="energy over the first one")
     left.legend(fontsize=8)

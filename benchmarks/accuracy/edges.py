@@ -221,6 +221,8 @@ TITLES = {
 }
 # Relative errors above are of another solution, and not drawn
 MOST = 1.0
+# Largest over smallest value of an axis that has labels between its decades
+MOST_LABELLED = 300.0
 LOOK = {"points": ("C0", "o"), "nodes": ("C1", "^"), "dual": ("C2", "s")}
 
 
@@ -241,17 +243,29 @@ def draw(found, folder):
             under = {"ball": "of revolution", "ball_3d": "a quarter in 3D"}.get(
                 part, role
             )
-            ax.set(title=under, xlabel="processor time [s]")
+            ax.set(title=under, xlabel="processor time (s)")
             ax.grid(True, which="both", alpha=0.2)
             if scene == "wedge":
                 # Errors are of the model, and alike
                 ax.set_ylim(1e-6, 1e-3)
+            _label_ticks(ax)
         axes[0, 0].set(ylabel=f"relative error of the {what}")
         axes[0, -1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         figure.suptitle(title)
         figure.tight_layout()
         figure.savefig(folder / f"edges_{scene}.png", dpi=100)
         plt.close(figure)
+
+
+def _label_ticks(ax):
+    """Label 1, 2 and 5 of each decade where there are few."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    for axis, (low, high) in ((ax.xaxis, ax.get_xlim()), (ax.yaxis, ax.get_ylim())):
+        if high < MOST_LABELLED * low:
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
 
 
 def _curves(ax, rows):

@@ -46,11 +46,13 @@ def _fronts(plt, found, problem, path):
         front = pareto(shown, error)
         x, y = [r["seconds"] for r in front], [r[error] for r in front]
         ax.loglog(x, y, "k-", lw=1, label="Pareto front")
-        ax.set(xlabel="processor time [s]", ylabel=f"relative error of the {name}")
-    axes[0].legend(fontsize=8)
+        ax.set(xlabel="processor time (s)", ylabel=f"relative error of the {name}")
     _shares(axes[2], mine)
     fig.suptitle(f"{TITLES[problem]}: all settings")
     fig.tight_layout()
+    below = {"loc": "upper center", "bbox_to_anchor": (0.32, 0.02)}
+    handles, labels = axes[0].get_legend_handles_labels()
+    fig.legend(handles, labels, fontsize=8, ncols=5, **below)
     fig.savefig(path, dpi=110)
     plt.close(fig)
 
@@ -69,7 +71,7 @@ def _shares(axes, found):
         share = [100.0 * r[stage] / r["seconds"] for r in largest]
         axes.bar(labels, share, bottom=bottom, label=stage, width=0.6)
         bottom = [a + b for a, b in zip(bottom, share)]
-    axes.set(ylabel="share of the time [%]", xlabel="cells, degree, unknowns")
+    axes.set(ylabel="share of the time (%)", xlabel="cells, degree, unknowns")
     axes.tick_params(axis="x", labelsize=7)
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
@@ -89,7 +91,7 @@ def _peer(plt, found, path):
                 label = f"{program}: {kind['cell']}, degree {kind['degree']:g}"
                 marker = LOOK[int(kind["degree"])] + style
                 ax.loglog(x, y, marker, color=f"C{i}", ms=4, mfc="none", label=label)
-        ax.set(title=TITLES[problem], xlabel="processor time [s]")
+        ax.set(title=TITLES[problem], xlabel="processor time (s)")
         ax.set(ylabel="relative error of the displacement")
         ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     fig.tight_layout()

@@ -42,7 +42,7 @@ def growth(rows, key, path):
     for ax in axes[-1]:
         ax.set_xlabel("slave facets")
     for ax in axes[:, 0]:
-        ax.set_ylabel("processor time per slave facet [us]")
+        ax.set_ylabel("processor time per slave facet (us)")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     fig.legend(handles, labels, loc="lower center", ncol=6, fontsize=9)
     fig.tight_layout(rect=(0, 0.6 / (3 * height + 0.6), 1, 1))

@@ -134,7 +134,9 @@ class FieldProblem:
             self.L, self.a = compiled(forms[0]), compiled(table[0][0])
         self._forms = Forms(self, self.L, self.a)
         given_options = {**OPTIONS, **(petsc_options or {})}
-        self._options = PetscOptions(new_prefix("field"), given_options)
+        self._options = PetscOptions(
+            new_prefix("field"), given_options, sorted(petsc_options or {})
+        )
         self._sums = row_sums(self.a, self.layout)
         self._fluxes.choose_scales(self._sums)
         self.iterations = 0
@@ -223,6 +225,8 @@ class FieldProblem:
         self.iterations, reason = snes.getIterationNumber(), snes.getConvergedReason()
         norm = snes.getFunctionNorm()
         x.destroy()
+        if self.iterations > 0:
+            self._options.tell_unread(1)
         if reason < 0:
             raise ConvergenceError(
                 f"FieldProblem has not converged after {self.iterations} iterations: "

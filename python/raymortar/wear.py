@@ -125,6 +125,12 @@ class Wear:
                     "Wear.contact has an offset, which wear would replace: set "
                     "wear.depth instead"
                 )
+            of = contact.assembly.present.watchers
+            if any(isinstance(one, Wear) for one in of):
+                raise ContactError(
+                    "the offset of Wear.contact is set by something else already, a Wear: "
+                    "one has it for itself. Give it a law that is the sum of both"
+                )
             if not callable(law):
                 raise ContactError(
                     "Wear.law must be Archard or a function of p and v, not "

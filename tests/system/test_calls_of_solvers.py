@@ -43,6 +43,24 @@ def test_solvers_refuse_what_is_no_problem_or_option(ready, kind):
     assert not any("raymortar" in name for name in PETSc.Options().getAll())
 
 
+@pytest.mark.parametrize("kind", SOLVERS)
+def test_solvers_refuse_settings_that_they_nearly_have(ready, kind):
+    solver = kind(ready)
+    for name in ("max_itt", "maxit", "tolerance"):
+        with pytest.raises(AttributeError, match=f"has no {name}: .* max_it, "):
+            setattr(solver, name, 3)
+    solver.max_it, solver.tolerances = 7, (1e-8, 1e-9)
+    assert (solver.max_it, solver.tolerances) == (7, (1e-8, 1e-9))
+    solver.steps = []  # a program's own
+    assert solver.steps == []
+
+
+def test_settings_of_the_other_solver_are_refused(solver):
+    for name in ("rtol", "atol", "relaxation_parameter"):
+        with pytest.raises(AttributeError, match=f"SNESSolver has no {name}: "):
+            setattr(solver, name, 1.0)
+
+
 @pytest.mark.parametrize(
     "options, pattern",
     [
@@ -74,8 +92,16 @@ def test_load_steps_need_a_solver_and_its_loads(scene, ready, solver):
             LoadSteps(thing, lambda t: None)
     with refused("apply must be a function of the load factor, not None"):
         LoadSteps(solver, None)
+    for apply in (lambda t, dt, x: None, lambda: None, lambda t, *, x: None):
+        with refused("apply must be a function of the load factor, or of that and"):
+            LoadSteps(solver, apply)
     with refused("history is of another problem than the solver"):
         LoadSteps(solver, lambda t: None, history=History(problem(scene)))
+
+
+@pytest.mark.parametrize("apply", (lambda t, x=3: None, lambda *given: None, print))
+def test_load_steps_pass_the_load_factor_alone(solver, apply):
+    assert len(LoadSteps(solver, apply, 1).run()) == 1
 
 
 def test_whole_numbers_of_numpy_are_steps(solver):

@@ -11,6 +11,7 @@ from problems import residual, stack, worst
 from raymortar import (
     Contact,
     ContactError,
+    ContactWarning,
     ConvergenceError,
     Coulomb,
     FieldProblem,
@@ -58,6 +59,13 @@ class Slabs:
             worst(values_on(self.T, self.scene, "master") - q / 4.0),
         ]
         assert max(errors) <= 1e-11 * HOT, errors
+
+
+def test_options_that_nothing_reads_are_told():
+    case = Slabs()
+    flux = Flux(case.contact, case.T, of_fields, fields=[case.T])
+    with pytest.warns(ContactWarning, match="read the PETSc option.s. 'ksp_rtoll':"):
+        case.solve(flux, petsc_options={"ksp_rtoll": 1e-3})
 
 
 @pytest.mark.quick

@@ -176,6 +176,16 @@ def test_the_offset_belongs_to_one_wear(implicit):
 
 
 @pytest.mark.quick
+def test_a_second_wear_is_refused_when_it_is_made():
+    case = Worn()
+    wear = Wear(case.contact, Archard(K))
+    with pytest.raises(ContactError, match="Wear.contact is set .* already, a Wear"):
+        Wear(case.contact, Archard(K))
+    case.slide(wear, 1)
+    assert wear.volume() > 0.0
+
+
+@pytest.mark.quick
 def test_a_step_wears_once():
     case = Worn()
     wear = Wear(case.contact, Archard(K))

@@ -13,3 +13,4 @@ from .forms import *
 from .generation import *
 from .gmsh import *
 from .meshes import *
+from .petsc import *

@@ -72,7 +72,7 @@ class MastersOnPath:
         for start, zone in zip(self._start, zones):
             if zone.facets.bodies:
                 self._warn_of_tools(start, zone)
-            elif has_moved and not (zone.met or zone.tied or zone.facets.meets_itself):
+            elif has_moved and _is_open(zone):
                 place, distance, is_behind = _nearest(zone, u)
                 if is_behind or not is_met:
                     zone.met.add(0)  # told once
@@ -92,6 +92,24 @@ class MastersOnPath:
             moved = bool(np.any(body.motion() != start[k]))
             if moved or _distance(body, box.mean(axis=0)) > FAR * size:
                 warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=5)
+
+
+def warn_of_passed_masters(contact: Interaction) -> None:
+    """Warn, after a solve that is no part of a path, of slaves that were in front of a
+    master out of reach and are behind it now. Collective."""
+    MastersOnPath(contact).look()
+    for zone in contact.zones:
+        if not zone.facets.bodies and _is_open(zone):
+            place, distance, is_behind = _nearest(zone, contact.u.x.array)
+            if is_behind and not _nearest(zone, contact.u_old)[2]:
+                zone.met.add(0)  # told once
+                text = _text_of_facets(zone, place, distance, True, "so far")
+                warnings.warn(text, ContactWarning, stacklevel=5)
+
+
+def _is_open(zone: ZoneData) -> bool:
+    """Whether a slave has met no facet so far, of masters that it ought to meet."""
+    return not (zone.met or zone.tied or zone.facets.meets_itself)
 
 
 def _nearest(zone: ZoneData, u: Array) -> tuple[Array, float, bool]:
@@ -125,7 +143,11 @@ def _corners(side: Surface, u: Array) -> Array:
 
 
 def _text_of_facets(
-    zone: ZoneData, place: Array, distance: float, is_behind: bool
+    zone: ZoneData,
+    place: Array,
+    distance: float,
+    is_behind: bool,
+    when: str = "on the whole path",
 ) -> str:
     """Tell where a slave is that has met none of its masters."""
     masters = " or ".join(zone.facets.spoken_masters)
@@ -133,7 +155,7 @@ def _text_of_facets(
     if is_behind:
         behind, other = "behind it, ", "has a step gone through the master"
     return (
-        f"{zone.facets.spoken} has met no facet of {masters} on the whole path: it ends "
+        f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
         f"{behind}{distance:.2g} away, at {format_point(place)}. Is a tag of the pair "
         f"that of another face, or {other}?"
     )

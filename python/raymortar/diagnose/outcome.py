@@ -31,7 +31,9 @@ from ..rigid.body import Body
 from ..rigid.motions import LARGEST_TURN
 from .corners import corner_between
 from .failure import automatic_gamma, compared, describe
+from .inverted import inverted_cells
 from .lost_contact import lost_contact
+from .missed import warn_of_passed_masters
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -46,6 +48,11 @@ UNRESOLVED = (
 SHARED = (
     ": one multiplier is not the traction on two faces, and forces are off by up to a few "
     "percent. Give each slave surface a Contact of its own"
+)
+TOO_FAR = (
+    ": no material can be pressed so far, but linear elasticity does not resist it. Is a "
+    "motion in another unit than the mesh? A law for large strains, as neo-Hookean, and "
+    "smaller steps show how far it can go"
 )
 # Tension of a node, of the largest pressure
 TENSION = 0.05
@@ -77,7 +84,9 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         return
     Doubts(problem).warn(stacklevel=4)
     loss = lost_contact(problem)
-    if loss is not None:
+    if loss is None:
+        warn_of_passed_masters(problem.contact)
+    else:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
         warnings.warn(text, ContactWarning, stacklevel=4)
 
@@ -141,6 +150,12 @@ class Doubts:
 def findings(problem: CoupledProblem) -> Iterator[Finding]:
     """Yield all doubts about a converged state. Collective."""
     contact = problem.contact
+    cells, place = inverted_cells(contact)
+    if cells:
+        text = (
+            f"converged with {cells} cell(s) turned inside out, the worst around the "
+        )
+        yield Finding(("inverted",), cells, f"{text}undeformed {place}{TOO_FAR}")
     depth, text = _worst(contact, map(_unseen, contact.zones))
     if depth > 0.0:
         yield Finding(("unseen",), depth, text)

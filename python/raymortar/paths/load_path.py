@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..compat import Array, Mask
+from ..errors import ContactError
 
 
 class StepSizes:
@@ -164,13 +165,25 @@ class PrescribedPath:
 
 
 def with_size(apply: Any) -> Callable[[float, float], Any]:
-    """Pass the step size on if `apply` has two arguments without default."""
-    found: list[inspect.Parameter] = []
+    """Pass the step size on if `apply` has two arguments without default.
+
+    Raises
+    ------
+    ContactError
+        If it can be called with neither one nor two arguments.
+    """
     try:
-        found = list(inspect.signature(apply).parameters.values())
+        signature = inspect.signature(apply)
     except (TypeError, ValueError):  # some built-in functions have no signature
-        pass
+        return lambda factor, size: apply(factor)
+    found = signature.parameters.values()
     positional = (p for p in found if p.kind <= p.POSITIONAL_OR_KEYWORD)
-    if sum(p.default is p.empty for p in positional) == 2:
-        return apply
-    return lambda factor, size: apply(factor)
+    count = 2 if sum(p.default is p.empty for p in positional) == 2 else 1
+    try:
+        signature.bind(*range(count))
+    except TypeError as error:
+        raise ContactError(
+            "apply must be a function of the load factor, or of that and the step's "
+            f"size, not of {signature} ({error})"
+        ) from None
+    return apply if count == 2 else lambda factor, size: apply(factor)

@@ -168,6 +168,7 @@ class LoadSteps:
         self.on_accept, self.on_reject = on_accept, on_reject
         with together(solver.problem.comm):
             _check_arguments(self)
+            self._apply = with_size(apply)
         # Python's own numbers
         self.steps, self.max_halvings = int(steps), int(max_halvings)
         self.path = float(path[0]), float(path[1])
@@ -181,7 +182,6 @@ class LoadSteps:
             on_reject=on_reject,
             **{name: getattr(self, name) for name in _AGREED},
         )
-        self._apply = with_size(apply)
         self._stabilization: Stabilization | None = None
         columns: dict[str, Callable[[], float]] = {}
         if stabilize:

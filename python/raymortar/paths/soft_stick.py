@@ -58,7 +58,7 @@ class SoftStick:
             for zone in one.zones
         ]
         stiffness = {part.number: part.stiffness() for part, *_ in self._zones}
-        # How far a traction reaches, in facets, squared
+        # Reach of a traction in facets, squared
         self._reach = {
             part.number: (stiffness[part.number] or 0.0) / part.gamma_scale
             for part, *_ in self._zones
@@ -106,7 +106,7 @@ class SoftStick:
         self._count += 1
         if not self._problem.comm.allreduce(bool(moves), op=MPI.LOR):
             return
-        # What soft tangents leave is no measure of what exact ones do
+        # Residuals that soft tangents leave tell nothing of exact ones
         self._problem.convergence.norms.clear()
         for i, one, (slip, opening) in zip(softened, found, shares):
             part, zone, areas, _ = self._zones[i]

@@ -160,8 +160,8 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
-        # How the plain solver starts where bodies bend; None: not yet asked for. It is
-        # left out for a while after failures
+        # Start of the plain solver where bodies bend; None: not yet asked for. It is left
+        # out for a while after failures
         self._soft_start: SoftStart | None = None
         self._starts_softly, self._without_it = False, Backoff()
 

@@ -79,21 +79,26 @@ def draw_field(
 
     The field (n, k, 1) is at deformed points (n, k, 2) around polygons. Images are
     factors on x and y of each copy that is drawn: mirrored ones complete a symmetric
-    body of which only a part is meshed. Colours go from 0 to `top`, or follow a norm of
-    matplotlib. Other polygons' edges, `outlines`, may stand for their own.
+    body of which only a part is meshed. Colours go from 0 to `top`, with an arrow on the
+    bar where values exceed it, or follow a norm of matplotlib. Other polygons' edges,
+    `outlines`, may stand for their own.
     """
+    from matplotlib import colormaps
     from matplotlib.collections import PolyCollection, TriMesh
     from matplotlib.colors import Normalize
     from matplotlib.tri import Triangulation
 
     scale = Normalize(0.0, top) if norm is None else norm
+    colours_of = colormaps[cmap].copy()
+    if top is not None and values.max(initial=0.0) > top:
+        colours_of.colorbar_extend = "max"
     # matplotlib blends colours between vertices. Where these are far apart, blends are
     # no colours of the scale: polygons are split
     for signs in images:
         polygons = at * np.array(signs)
         x, y, z = shaded(np.concatenate([polygons, values], axis=2)).reshape(-1, 3).T
         corners = Triangulation(x, y, np.arange(len(x)).reshape(-1, 3))
-        colours = TriMesh(corners, array=z, cmap=cmap, norm=scale)
+        colours = TriMesh(corners, array=z, cmap=colours_of, norm=scale)
         lines = {"edgecolor": "k", "lw": 0.15, "alpha": 0.5}
         around = polygons if outlines is None else outlines * np.array(signs)
         edges = PolyCollection(around, facecolor="none", **lines)

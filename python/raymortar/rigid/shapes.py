@@ -24,6 +24,8 @@ _CHECKS: dict[str, Callable[[str, Any], Any]] = {
     "minor": positive,
     "hollow": truth,
 }
+# Shapes of 2D problems, and what they are called in 3D
+_OF_THE_PLANE = {"Line": "Plane", "Circle": "Sphere", "Wedge": "Cone"}
 
 
 class Shape:
@@ -52,15 +54,20 @@ class _ClosedForm(Shape):
 
     def __post_init__(self) -> None:
         given = self._arguments()
+        name = type(self).__name__
+        if name in _OF_THE_PLANE and self.gdim != 2:
+            first = fields(self)[0].name
+            raise ContactError(
+                f"{first} = {getattr(self, first)!r} of a {name} must be 2 numbers: it is "
+                f"for problems in 2D, {_OF_THE_PLANE[name]} for those in 3D"
+            )
         sizes = {
             len(getattr(self, f.name))
             for f, value in zip(fields(self), given)
             if isinstance(value, np.ndarray)
         }
         if len(sizes) > 1:
-            raise ContactError(
-                f"{type(self).__name__} has vectors of different lengths"
-            )
+            raise ContactError(f"{name} has vectors of different lengths")
 
     def _arguments(self) -> list[Any]:
         """Check the fields, and convert them for C++."""

@@ -63,6 +63,9 @@ class NewtonSolver(CoupledSolver):
         If this DOLFINx no longer has a Newton solver: use `SNESSolver`.
     """
 
+    newton: Any
+    rtol: float
+    atol: float
     max_it = _setting("max_it", "Most iterations.")
     relaxation_parameter = _setting("relaxation_parameter", "Factor of a correction.")
     convergence_criterion = _setting(
@@ -100,9 +103,10 @@ class NewtonSolver(CoupledSolver):
         self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
         prefix = new_prefix("newton")
+        by_user = sorted(options or ())
         if options is None:
             options = linear_options(problem, None, prefix)
-        self._configure(self.krylov_solver, prefix, options)
+        self._configure(self.krylov_solver, prefix, options, by_user)
 
     def __del__(self) -> None:
         if "_name" in self.__dict__ and not sys.is_finalizing():

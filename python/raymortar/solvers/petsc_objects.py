@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import re
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from petsc4py import PETSc
 
-from ..errors import ContactError
+from .. import compat
+from ..errors import ContactError, warn
 from ..system.coupled import ROOM
 
 _counter = itertools.count()
@@ -27,6 +29,9 @@ DIRECT = {
 # combine
 CLOSE = 1e-8
 
+# Options of solvers within others and of ours, which need not have been read yet
+_INNER = re.compile("_(snes|ksp|pc|mat)_|^(kept|lagged)_")
+
 
 class PetscOptions:
     """Options under a prefix, which are in PETSc's table only within a ``with`` block.
@@ -42,22 +47,48 @@ class PetscOptions:
         Value by name.
     """
 
-    def __init__(self, prefix: str, options: Mapping[str, Any]) -> None:
+    def __init__(
+        self, prefix: str, options: Mapping[str, Any], by_user: Iterable[str] = ()
+    ) -> None:
         self.prefix, self.given = prefix, dict(options)
         self._added: list[list[str]] = []  # of each `with` within another
+        # Options of the user's that nothing has read so far
+        self._unread = [
+            name for name in by_user if name not in DIRECT and not _INNER.search(name)
+        ]
 
     def __enter__(self) -> PetscOptions:
         table = PETSc.Options(self.prefix)
-        added = [key for key in self.given if not table.hasName(key)]
+        # A question for a name counts as reading it
+        wanted = () if self._added else self.given
+        added = [key for key in wanted if not table.hasName(key)]
         for key in added:
             table[key] = self.given[key]
         self._added.append(added)
         return self
 
     def __exit__(self, *_: Any) -> None:
-        table = PETSc.Options(self.prefix)
-        for key in self._added.pop():
+        table, added = PETSc.Options(self.prefix), self._added.pop()
+        if not self._added:  # those of the command line are not ours to judge
+            self._unread = [
+                key
+                for key in self._unread
+                if key in added and not compat.option_was_read(self.prefix + key)
+            ]
+        for key in added:
             table.delValue(key)
+
+    def tell_unread(self, level: int) -> None:
+        """Warn once, after a solve, of the user's options that nothing has read; on every
+        rank. The level of `warnings.warn` is seen from the caller."""
+        names, self._unread = ", ".join(map(repr, self._unread)), []
+        if names:
+            warn(
+                f"nothing has read the PETSc option(s) {names}: they are misspelt, or for "
+                "a type of solver that is not in use. Names have no dash and no prefix, "
+                "as 'snes_rtol', 'ksp_rtol', 'pc_type'",
+                level + 1,
+            )
 
     def configure(self, thing: Any) -> None:
         """Let a SNES or KSP read the options, PETSc's command line included."""

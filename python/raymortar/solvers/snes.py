@@ -19,6 +19,8 @@ from .solver import MAX_IT, CoupledSolver
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
 SCALE = "raymortar_row_scale"
+# Option of ours, which PETSc does not know
+INEXACT_OPTION = "snes_inexact"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
 
 
@@ -112,6 +114,9 @@ class SNESSolver(CoupledSolver):
         `PetscOptions`, as for `NewtonSolver`.
     """
 
+    snes: PETSc.SNES
+    x: PETSc.Vec
+
     def __init__(
         self,
         problem: CoupledProblem,
@@ -130,11 +135,12 @@ class SNESSolver(CoupledSolver):
         self._raised: list[Exception] = []
         self._set_callbacks()
         prefix = new_prefix("snes") if prefix is None else prefix
-        if options is not None and "snes_inexact" in options:
-            options = {**options, **inexact(float(options["snes_inexact"]))}
+        by_user = set(options or ()) - {INEXACT_OPTION}
+        if options is not None and INEXACT_OPTION in options:
+            options = {**options, **inexact(float(options[INEXACT_OPTION]))}
         linear = linear_options(problem, options, prefix, snes=True)
         given = {**_defaults(problem, self._floor), **linear, **(options or {})}
-        self._configure(self.snes, prefix, given)
+        self._configure(self.snes, prefix, given, sorted(by_user))
         # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:

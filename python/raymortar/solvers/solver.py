@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import sys
 import warnings
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from difflib import get_close_matches
 from typing import Any, cast
 
 from mpi4py import MPI
@@ -28,6 +31,8 @@ from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
 
+# Settings of DOLFINx's Newton solver, which programs look for in others
+_NAMES = ("rtol", "atol", "max_it", "relaxation_parameter", "convergence_criterion")
 # Iterations of a solve whose limit the user has not set
 MAX_IT = 25
 
@@ -48,6 +53,8 @@ class CoupledSolver(ABC):
         rtol and atol.
     """
 
+    A: PETSc.Mat
+    b: PETSc.Vec
     krylov_solver: PETSc.KSP
     options: PetscOptions
     tolerances: tuple[float, float]
@@ -69,9 +76,25 @@ class CoupledSolver(ABC):
         self.b = problem.create_vector()
         self._floor = problem.residual_floor()
 
-    def _configure(self, thing: Any, prefix: str, options: Mapping[str, Any]) -> None:
-        """Let DOLFINx's or PETSc's object read its options. Collective."""
-        self.options = PetscOptions(prefix, options)
+    def __setattr__(self, name: str, value: Any) -> None:
+        known = _settings(type(self))
+        is_new = name not in known and not name.startswith("_")
+        if is_new and get_close_matches(name, {*known, *_NAMES}, 1, 0.75):
+            raise AttributeError(
+                f"{type(self).__name__} has no {name}: there are {', '.join(known)}"
+            )
+        super().__setattr__(name, value)
+
+    def _configure(
+        self,
+        thing: Any,
+        prefix: str,
+        options: Mapping[str, Any],
+        by_user: Iterable[str],
+    ) -> None:
+        """Let DOLFINx's or PETSc's object read its options, of which the user has given
+        some. Collective."""
+        self.options = PetscOptions(prefix, options, by_user)
         self.options.configure(thing)
         attach(self.krylov_solver, self.problem, self._scale)
 
@@ -170,6 +193,8 @@ class CoupledSolver(ABC):
                 vector.destroy()
             if reason is not None:
                 renew(self.krylov_solver, self.A)
+        if iterations > 0:
+            self.options.tell_unread(4)
         end = f"after {iterations} iterations{reason}"
         require_convergence(problem, reason is None, end)
         return iterations
@@ -203,6 +228,18 @@ class CoupledSolver(ABC):
         ksp.solve(right, dx)
         ksp.setTolerances(rtol=before)
         right.destroy()
+
+
+@functools.cache
+def _settings(solver: type[CoupledSolver]) -> list[str]:
+    """Public attributes of a type of solver that can be set."""
+    names = {name for one in solver.__mro__ for name in inspect.get_annotations(one)}
+    names |= {
+        name
+        for name in dir(solver)
+        if getattr(getattr(solver, name), "fset", None) is not None
+    }
+    return sorted(name for name in names if not name.startswith("_"))
 
 
 def require_problem(problem: Any, remedy: str = "") -> None:

@@ -70,3 +70,22 @@ def test_nothing_is_told_at_rest_in_contact_or_after_it(ways):
 def test_beside_contact_only_a_slave_behind_its_master_is_told(side, count):
     """The right side is behind the lower block's left one, the left one above it."""
     assert len(told([CONTACT, (side, "lower_left")], -0.05)) == count
+
+
+@pytest.mark.parametrize("way, count", [(-6.3, 1), (-0.001, 0), (3.0, 0)])
+def test_a_solve_by_itself_tells_of_a_master_that_it_has_passed(way, count):
+    scene = two_blocks(COMM, 2, "quadrilateral", 3, 2, gap=4.5)
+    V = vector_space(scene.mesh, 1)
+    u, top = fem.Function(V), fem.Constant(scene.mesh, np.zeros(2))
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+    contact = Contact(u, scene.facet_tags, [CONTACT], names=scene.tags)
+    problem = NonlinearProblem(residual(scene, u)[0], contact, bcs)
+    top.value[-1] = way
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        problem.solve()
+        contact.advance()
+        problem.solve()
+    texts = [str(w.message) for w in caught]
+    assert len(texts) == count
+    assert all("(tag 4) so far: it ends behind it" in text for text in texts)

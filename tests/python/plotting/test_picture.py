@@ -208,3 +208,15 @@ def test_windows_of_an_x_server_need_a_display(kind, works, monkeypatch):
     assert works == (rendering.lacking() is None)
     monkeypatch.setenv("DISPLAY", ":99")
     assert rendering.lacking() is None
+
+
+@pytest.mark.parametrize("largest, ends", [(0.5, "neither"), (2.0, "max")])
+def test_a_bar_of_cut_colours_has_an_arrow(largest, ends):
+    from matplotlib.figure import Figure
+
+    square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    figure = Figure()
+    axes = figure.subplots()
+    values = np.full((1, 4, 1), largest)
+    colours = drawing.draw_field(axes, square, values, top=1.0)
+    assert figure.colorbar(colours, ax=axes).extend == ends

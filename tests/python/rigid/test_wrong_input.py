@@ -156,6 +156,19 @@ def test_what_makes_no_shape_is_told(make, message):
 
 
 @pytest.mark.parametrize(
+    "make",
+    (
+        lambda: rigid.Circle((0.0, 0.0, 0.0), 1.0),
+        lambda: rigid.Line((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+        lambda: rigid.Wedge((0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.3),
+    ),
+)
+def test_shapes_of_the_plane_have_places_of_two_numbers(make):
+    with pytest.raises(ContactError, match="of a .* must be 2 numbers: .* in 3D"):
+        make()
+
+
+@pytest.mark.parametrize(
     "pairs, message",
     (
         ([(1, rigid.Sphere((0, 0, 0), 1.0))], "made for 3D, the mesh is in 2D"),
