@@ -8,15 +8,16 @@ names that the user gave the sides. Points, fields and the multiplier are on the
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
 from dolfinx.fem import Function
 
 from .discretization.layout import Layout
+from .discretization.ranks import marked_everywhere
 from .discretization.slave_fields import FieldValue
 from .errors import ContactError, is_real_number, together
 from .interactions import Interaction, Interactions
@@ -25,8 +26,8 @@ from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Offsets
 from .interface.present import PresentState
 from .interface.slave_nodes import CLOSE, distance_ratio, rigid_slaves
+from .interface.zone_data import ZoneData
 from .options.friction import Friction, Law
-from .rigid.body import Body
 from .system.assembly import ContactAssembly
 
 
@@ -143,7 +144,7 @@ class Sides(Interaction):
 def exchange_where_needed(contact: Any, bcs: Sequence[Any]) -> bool:
     """Exchange the sides of pairs of prescribed slaves and coarser masters. Collective.
 
-    Both sides have to be in no other pair, and nothing may depend on which is the slave.
+    No node of them may be in another pair, and nothing may depend on which is the slave.
 
     Parameters
     ----------
@@ -156,23 +157,18 @@ def exchange_where_needed(contact: Any, bcs: Sequence[Any]) -> bool:
     -------
     Whether there were any: the contact then has other rows.
     """
-    fixed = contact.unknowns.prescribed_u(bcs)[0] == 1
-    uses = Counter(side for p in contact.pairs for side in (p.slave, p.master))
-    found = False
+    fixed, found = contact.unknowns.prescribed_u(bcs)[0] == 1, False
     for one in contact.contacts:
-        alone = [
-            p.surface
-            for p in one.pairs
-            if not isinstance(p.master, Body) and uses[p.slave] == uses[p.master] == 1
-        ]
         surfaces, finer = one.assembly.surfaces, {}
-        rigid = rigid_slaves(surfaces, fixed) if surfaces.tied is None else {}
-        if not (rigid.keys() & alone and one._may_be_exchanged):
+        rigid = {} if surfaces.tied else rigid_slaves(surfaces, fixed)
+        if not (rigid and one._may_be_exchanged):
             continue
-        for k in sorted(rigid.keys() & alone):
+        for k, zone in rigid.items():
+            if not _is_alone(zone, contact):
+                continue
             with together(surfaces.comm):
-                rigid[k].cpp.pair()  # undeformed
-            ratio = distance_ratio(rigid[k], surfaces)
+                zone.cpp.pair()  # undeformed
+            ratio = distance_ratio(zone, surfaces)
             if ratio > CLOSE:
                 finer[k] = ratio
         if finer:
@@ -181,6 +177,23 @@ def exchange_where_needed(contact: Any, bcs: Sequence[Any]) -> bool:
     if found and isinstance(contact, Interactions):
         contact.join()
     return found
+
+
+def _is_alone(zone: ZoneData, contact: Interaction) -> bool:
+    """Whether a slave has one master, and no other pair has a node of either.
+    Collective."""
+    V = contact.u.function_space
+    mine = np.concatenate([side.dofs for side in zone.sides])
+    others = [
+        side.dofs
+        for part in contact.parts
+        for other in part.zones
+        for side in other.sides
+        if other is not zone
+    ]
+    is_shared = marked_everywhere(V, np.concatenate([mine[:0], *others]))[mine].any()
+    one_master = len(zone.facets.master_tags) == 1
+    return one_master and not zone.comm.allreduce(bool(is_shared), op=MPI.LOR)
 
 
 def _in_other_order(contact: Interaction) -> str:

@@ -228,12 +228,12 @@ def test_a_checkpoint_goes_on(tmp_path):
 def test_one_of_several_contacts():
     """Each has its rows, and results are numbered as the user's."""
     press = Press("quadrilateral", 4, 8)
-    line = raymortar.rigid.Line((-0.5, 0.0), (1.0, 0.0))
-    facets, side = press.scene.facet_tags, press.scene.tags["lower_left"]
-    wall = raymortar.Contact(press.u, facets, [(side, line)])
+    line = raymortar.rigid.Line((0.0, -0.5), (0.0, 1.0))
+    facets, side = press.scene.facet_tags, press.scene.tags["bottom"]
+    floor = raymortar.Contact(press.u, facets, [(side, line)])
     contact = press.contact(GIVEN)
-    problem = press.problem([wall, contact])
-    assert not wall.pairs[0].is_exchanged and contact.pairs[0].is_exchanged
+    held = fix(press.u.function_space, press.scene, "lower_left")
+    problem = press.problem([floor, contact], [held, *press.lid])
     assert [pair.is_exchanged for pair in problem.contact.pairs] == [False, True]
     press.move(1.0)
     quietly(lambda: NewtonSolver(problem).solve())
@@ -403,11 +403,13 @@ def test_sides_stay_where_something_is_of_the_slave(options):
         NewtonSolver(problem)
 
 
-def test_sides_stay_where_a_side_is_in_another_pair():
+@pytest.mark.mpi
+@pytest.mark.parametrize("side", ["master", "lower_left"])
+def test_sides_stay_where_a_node_is_in_another_pair(side):
     press = Press("quadrilateral", 4, 8)
-    floor = raymortar.rigid.Line((0.0, -3.0), (0.0, 1.0))
-    tags = press.scene.facet_tags
-    other = raymortar.Contact(press.u, tags, [(press.names["bed"], floor)])
+    line = raymortar.rigid.Line((-2.0, 0.0), (1.0, 0.0))
+    facets = press.scene.facet_tags
+    other = raymortar.Contact(press.u, facets, [(press.scene.tags[side], line)])
     contact = press.contact(GIVEN)
     press.problem([contact, other])
     assert not contact.pairs[0].is_exchanged
