@@ -10,16 +10,13 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .discretization.curving import Smooth
-from .discretization.layout import Layout
-from .discretization.slave_fields import FieldValue
+from .discretization.slave_fields import FieldValue, is_field
 from .errors import ContactError, of_type
-from .interactions import Interaction, Interactions
+from .interactions import Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import make_surfaces
-from .interface.friction_at_points import spread_coefficient
-from .interface.offsets import Adjustment, Offsets
+from .interface.contact_surfaces import checked
+from .interface.offsets import Adjustment
 from .interface.point_results import CLOSED, OPEN
-from .interface.present import PresentState
 from .interface.state import ContactState
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
@@ -27,12 +24,12 @@ from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
-from .system.assembly import ContactAssembly
+from .sides import Sides
 
 __all__ = ["Contact", "ContactState"]
 
 
-class Contact(NodalFields, Interaction):
+class Contact(NodalFields, Sides):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -89,21 +86,15 @@ class Contact(NodalFields, Interaction):
 
     Attributes
     ----------
-    slave_u
-        Displacement on the mesh that all slave surfaces are on.
     unknowns
         What is solved for, including the displacement; see `unknowns.Unknowns`.
-    multiplier
-        Traction on the slave: a scalar ``Function`` (normal component, negative in
-        compression), a vector one in global coordinates, or None with penalty. Zero
-        off the slave surfaces.
     names
         Facet tag by name.
     layout
         Rows of the unknowns: [forms | multiplier], rank by rank.
-    surfaces, results, assembly
-        Objects that this one delegates to: zones and the functions on them, results at
-        points, and the contact terms of matrices and vectors.
+    results, assembly
+        Objects that this one delegates to: results at points, and the contact terms of
+        matrices and vectors.
 
     Raises
     ------
@@ -148,21 +139,11 @@ class Contact(NodalFields, Interaction):
             smooth,
             frame,
         )
-        self.method, self.friction = options.method, friction
+        self.method = options.method
         self.measure, self.tangent = measure, tangent
-        made = make_surfaces(u, facet_tags, pairs, names, options, self.tied)
-        self.surfaces, self.names = made, made.pairs.names_at(0)
-        self.slave_u, self.multiplier = made.slave_u, made.multiplier
-        self.layout: Layout = made.layout
-        self._present = PresentState(made, options)
-        self.assembly = ContactAssembly(made, self._present, options.method)
-        super().__init__(made.unknowns, [self.assembly], made.pairs)
-        self._offsets = Offsets(made)
-        if options.method.gamma is not None:
-            self.assembly.set_gamma(options.method.gamma)
-        if offset is not None:
-            self._offsets.set(offset)
-        spread_coefficient(friction, made.zones, made.slave_u.function_space.mesh)
+        given = checked(u, facet_tags, pairs, names, options, self.tied)
+        self.names = given.pairs.names_at(0)
+        super().__init__(given, friction)
 
     def __repr__(self) -> str:
         facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
@@ -171,6 +152,8 @@ class Contact(NodalFields, Interaction):
             law = f"gaps {'kept' if self.tied == 'keep' else 'closed'}"
         elif self.friction is not None:
             law = _shown(self.friction)
+        if self._surfaces.exchanged:
+            law += ", sides exchanged"
         if self.gamma is not None:
             gamma = f"gamma {_shown(self.gamma)}"
         counts = "not yet paired"
@@ -234,6 +217,8 @@ class Contact(NodalFields, Interaction):
         ContactError
             If it is not positive, differs between ranks or is of another mesh.
         """
+        if isinstance(gamma, Function):
+            self._require_sides("a Function gamma")
         self.assembly.set_gamma(gamma)
 
     @property
@@ -257,6 +242,8 @@ class Contact(NodalFields, Interaction):
         ContactError
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
+        if is_field(offset):
+            self._require_sides("an offset that varies")
         self._offsets.set(offset)
         self._present.note_change()
 
@@ -342,8 +329,10 @@ class Contact(NodalFields, Interaction):
 
 
 def require_point_tractions(owner: str, contact: Any) -> None:
-    """Raise unless the argument is a contact whose tractions at points are known."""
+    """Raise unless the argument is a contact whose tractions at points are known, and
+    whose sides are those that the user gave."""
     of_type(f"{owner}.contact", contact, Contact, "a Contact")
+    contact._require_sides(owner)
     if contact.method.is_dual:
         raise ContactError(
             f"{owner}.contact has multiplier='dual', whose traction at a point is not "

@@ -200,12 +200,16 @@ class Interactions(Interaction):
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         _warn_of_shared_pairs(contacts)
         self._contacts = tuple(contacts)
+        self.join()
+
+    def join(self) -> None:
+        """Join the present parts and pairs of the contacts."""
         super().__init__(
-            contacts[0].unknowns,
-            [contact.assembly for contact in contacts],
+            self.contacts[0].unknowns,
+            [contact.assembly for contact in self.contacts],
             PairTable.joined(
-                [contact.pair_table for contact in contacts],
-                [len(contact.zones) for contact in contacts],
+                [contact.pair_table for contact in self.contacts],
+                [len(contact.zones) for contact in self.contacts],
             ),
         )
 
@@ -300,12 +304,12 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
     """Say where several multipliers stand for the traction of one pair."""
     known: dict[frozenset[Any], int] = {}
     for i, contact in enumerate(contacts):
-        if contact.multiplier is None:
+        if contact.assembly.surfaces.multiplier is None:
             continue
         for pair in contact.pairs:
             sides = frozenset((pair.slave, pair.master))
             if sides in known:
-                slave = contact.surfaces.zones[pair.surface].facets.spoken
+                slave = contact.zones[pair.surface].facets.spoken
                 other = pair.master_name or pair.master
                 warn(
                     f"contact[{known[sides]}] and contact[{i}] both have multipliers "

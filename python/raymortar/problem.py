@@ -35,6 +35,7 @@ from .errors import (
 from .flux import Flux, apart, parts_of_terms, require_tied_once
 from .interface.overlap import warn_of_overlap
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
+from .sides import exchange_where_needed
 from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
 from .system.volume import Updated, Volume
@@ -141,9 +142,12 @@ class CoupledProblem:
         parts = parts_of_terms(terms)
         own = own_functions(parts)
         self.contact.solve_for([*functions, *own])
-        self.fluxes = FluxTerms(self.contact, parts) if parts else None
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
+        if exchange_where_needed(self.contact, self.bcs):
+            self.contact.solve_for([*functions, *own])
+        self.fluxes = FluxTerms(self.contact, parts) if parts else None
+        with together(comm):
             is_derivative = J is None
             if isinstance(F, (list, tuple)):
                 J = jacobians(F, functions, unknowns) if J is None else J

@@ -87,7 +87,7 @@ def describe(problem: CoupledProblem) -> str:
     rigid, softer = list[str](), list[str]()
     for part in contact.parts:
         held = rigid_slaves(part.surfaces, fixed)
-        rigid += [zone.facets.spoken for zone in held]
+        rigid += [zone.facets.spoken for zone in held.values()]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]

@@ -153,7 +153,8 @@ def _text_of_facets(
     masters = " or ".join(zone.facets.spoken_masters)
     behind, other = "", "a place, a size or a motion in another unit than the mesh"
     if is_behind:
-        behind, other = "behind it, ", "has a step gone through the master"
+        behind = "behind it, "
+        other = f"has a step gone through the {zone.facets.hit_role}"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
         f"{behind}{distance:.2g} away, at {format_point(place)}. Is a tag of the pair "

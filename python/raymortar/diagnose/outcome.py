@@ -200,7 +200,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
     """Say how deep a point is in the master, and where."""
     return (
         f"converged with a point of {zone.facets.spoken} "
-        f"{-points['gap'][q]:.3e} deep in the master, {share}at "
+        f"{-points['gap'][q]:.3e} deep in the {zone.facets.hit_role}, {share}at "
         f"{format_point(points['x'][q], points['x'])}"
     )
 
@@ -286,13 +286,18 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
             name = master.name if is_tool else zone.facets.spoken_masters[k]
             # Tools have no facets to be a slave by
             swap = "" if is_tool else "make that side the slave, "
+            remedy = (
+                "give Contact(frame='master') where the master is flat or smooth, "
+                f"{swap}or round the slave's corner"
+            )
+            if zone.facets.is_exchanged:  # the other side is prescribed and finer
+                remedy = "round the master's corner"
             yield Finding(
                 ("tilt", number, k),
                 1.0,
                 f"the facets of {zone.facets.spoken} that press on {name} "
                 f"are tilted against it by {angle[k]:.2g} degrees in the mean, and the "
-                "force is turned by as much: give Contact(frame='master') where the "
-                f"master is flat or smooth, {swap}or round the slave's corner",
+                f"force is turned by as much: {remedy}",
             )
 
 

@@ -27,15 +27,24 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Group:
-    """A slave surface by its tag, or `ALL`, and the masters that it meets."""
+    """A slave surface by its tag, or `ALL`, and the masters that it meets.
+
+    If its sides are exchanged, the user calls them by the other names.
+    """
 
     slave: int | str
     masters: tuple[Any, ...]
+    is_exchanged: bool = False
 
     @property
     def meets_itself(self) -> bool:
         """Whether slave and master are the same facets."""
         return self.masters == (self.slave,)
+
+    def exchanged(self) -> Group:
+        """The group with its one master as the slave."""
+        (master,) = self.masters
+        return Group(master, (self.slave,), True)
 
 
 @dataclass
@@ -56,6 +65,7 @@ class ZoneFacets:
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
     names: Mapping[int, str] = field(default_factory=dict)  # by tag
+    is_exchanged: bool = False  # the user calls the sides by the other names
 
     @property
     def meets_itself(self) -> bool:
@@ -64,15 +74,28 @@ class ZoneFacets:
 
     @property
     def spoken(self) -> str:
-        """The slave, for messages."""
-        return f"slave {self.words(self.slave_tag)}"
+        """The slave, for messages, as the user calls it."""
+        role = "master" if self.is_exchanged else "slave"
+        return f"{role} {self.words(self.slave_tag)}"
 
     @property
     def spoken_masters(self) -> list[str]:
         """Each master, for messages."""
         if self.bodies:
             return [f"the rigid {body.name}" for body in self.bodies]
-        return [f"master {self.words(tag)}" for tag in self.master_tags]
+        return [f"{self.hit_role} {self.words(tag)}" for tag in self.master_tags]
+
+    @property
+    def hit_role(self) -> str:
+        """What the user calls the side that rays hit."""
+        return "slave" if self.is_exchanged else "master"
+
+    @property
+    def as_given(self) -> tuple[Any, tuple[Any, ...]]:
+        """The slave and its masters, as the user calls them."""
+        if self.is_exchanged:
+            return self.master_tags[0], (self.slave_tag,)
+        return self.slave_tag, self.master_tags
 
     def words(self, tag: Any) -> str:
         """A tag, for messages."""
@@ -151,6 +174,7 @@ def find_facets(
                 shares,
                 labels,
                 names,
+                group.is_exchanged,
             )
         )
     with together(tagged.comm):

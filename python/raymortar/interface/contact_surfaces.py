@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -94,6 +94,9 @@ class ContactSurfaces:
     vector: FunctionSpace
     layout: Layout  # rows of the unknowns
     bodies: Bodies  # parts of the mesh that are connected
+    # By number of a slave surface whose sides are exchanged: how many times as close as
+    # its master's the nodes of the user's slave are
+    exchanged: Mapping[int, float]
 
     @property
     def comm(self) -> MPI.Comm:
@@ -118,31 +121,43 @@ class ContactSurfaces:
     @property
     def tags(self) -> str:
         """Slave tags, for messages."""
-        return ", ".join(
-            zone.facets.words(zone.facets.slave_tag) for zone in self.zones
-        )
+        facets = (zone.facets for zone in self.zones)
+        return ", ".join(one.words(one.as_given[0]) for one in facets)
 
 
-def make_surfaces(
-    u: Function | Sequence[Function],
-    facet_tags: Any,
-    pairs: Any,
-    names: Mapping[str, Any] | None,
-    options: ContactOptions,
-    tied: str | None,
-) -> ContactSurfaces:
-    """Find the facets of a contact, and make its multiplier, rows and zones. Collective.
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Arguments of a contact, checked."""
 
-    Arguments are those of `Contact`, which are checked.
-    """
-    unknowns, table, groups = _checked(u, pairs, names, options, tied)
+    unknowns: Unknowns
+    facet_tags: Any
+    pairs: PairTable
+    groups: Sequence[Group]  # slaves with their masters
+    options: ContactOptions
+    tied: str | None
+    exchanged: Mapping[int, float] = field(default_factory=dict)
+
+    def with_exchanged(self, surfaces: Mapping[int, float]) -> Given:
+        """The same with the sides of some slave surfaces, of one master each, exchanged:
+        numbers as of `ContactSurfaces`."""
+        groups = [
+            group.exchanged() if k in surfaces else group
+            for k, group in enumerate(self.groups)
+        ]
+        pairs = self.pairs.exchanged(surfaces)
+        return replace(self, pairs=pairs, groups=groups, exchanged=surfaces)
+
+
+def make_surfaces(given: Given) -> ContactSurfaces:
+    """Find the facets of a contact, and make its multiplier, rows and zones.
+    Collective."""
+    unknowns, options, tied = given.unknowns, given.options, given.tied
     joined, turns = unknowns.u, bool(options.axisymmetric)
     # Facets at shared vertices have no partner, which a multiplier needs
     may_share = isinstance(options.method, Penalty) and tied is None
-    by_tag = names_by_tag(table.names_at(0))
-    facets = find_facets(
-        joined, facet_tags, groups, turns, options.smooth, may_share, by_tag
-    )
+    by_tag = names_by_tag(given.pairs.names_at(0))
+    tags, groups, smooth = given.facet_tags, given.groups, options.smooth
+    facets = find_facets(joined, tags, groups, turns, smooth, may_share, by_tag)
     # All slaves are on one mesh
     slave_u = parts_of(joined)[facets[0].slave_part]
     mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree
@@ -165,7 +180,7 @@ def make_surfaces(
     ]
     return ContactSurfaces(
         unknowns=unknowns,
-        pairs=table,
+        pairs=given.pairs,
         tied=tied,
         zones=zones,
         references=references(joined, facets),
@@ -175,19 +190,21 @@ def make_surfaces(
         vector=compat.vector_space(mesh, degree),
         layout=layout,
         bodies=bodies,
+        exchanged=given.exchanged,
     )
 
 
-def _checked(
+def checked(
     u: Function | Sequence[Function],
+    facet_tags: Any,
     pairs: Any,
     names: Mapping[str, Any] | None,
     options: ContactOptions,
     tied: str | None,
-) -> tuple[Unknowns, PairTable, list[Group]]:
+) -> Given:
     """Check all arguments of a contact but its facets. Collective.
 
-    Returns its unknowns, its pairs, each once, and the slaves with their masters.
+    They are those of `Contact`.
     """
     first = u[0] if isinstance(u, (list, tuple)) and u else u
     if not isinstance(first, Function):
@@ -204,7 +221,8 @@ def _checked(
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
-    return unknowns, PairTable(each, [known] * len(each)), groups
+    table = PairTable(each, [known] * len(each))
+    return Given(unknowns, facet_tags, table, groups, options, tied)
 
 
 def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:

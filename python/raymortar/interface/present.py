@@ -113,6 +113,14 @@ class PresentState:
             body.cpp.dt = self._dt
         self.note_change()
 
+    @property
+    def has_history(self) -> bool:
+        """Whether steps have been accepted, or this rank has values of a restored state."""
+        values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
+        springs = (zone.traction_old for zone in self._zones)
+        restored = any(map(np.any, values)) or any(t is not None for t in springs)
+        return self.steps > 0 or restored
+
     # Updates
 
     def check_loads(self) -> None:
@@ -247,6 +255,7 @@ class PresentState:
             None if self._augmentation is None else self._augmentation.array.copy(),
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
             [one.array.copy() for one in self.corrections],
+            tuple(self._surfaces.exchanged),
         )
 
     def fault_of(self, state: Any) -> str | None:

@@ -33,9 +33,9 @@ ENOUGH = 0.5
 # Largest number of nodes that a message names
 NAMED = 10
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
-# which the master may balance these. At 1.5 Newton's method fails on flat surfaces, at
-# 1.25 it may
-CLOSEST = 1.4
+# which the master may balance these: with sides that can be exchanged, and without. At
+# 1.5 Newton's method fails on flat surfaces, at 1.2 it may
+CLOSE, CLOSEST = 1.01, 1.4
 
 
 class Cover:
@@ -216,42 +216,53 @@ def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
     return bool(held[0]), bool(held[1])
 
 
-def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> list[ZoneData]:
-    """Find slaves that are prescribed throughout, on masters that are not. Collective."""
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, ZoneData]:
+    """Find slaves that are prescribed throughout, on masters that are not, by number.
+    Collective."""
     if surfaces.multiplier is None or not surfaces.zones:
-        return []
+        return {}
     fixed = [[_fixed(s, marker).all() for s in zone.sides] for zone in surfaces.zones]
     held = np.array(fixed, dtype=np.int32)
     surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
     found = zip(surfaces.zones, held)
-    return [zone for zone, (slave, master) in found if slave and not master]
+    return {
+        k: z for k, (z, (slave, master)) in enumerate(found) if slave and not master
+    }
 
 
 def warn_of_finer_rigid_slaves(
     surfaces: ContactSurfaces, pairs: Sequence[Pair], marker: Mask
 ) -> None:
-    """Warn of prescribed slaves with more tractions than their masters may balance.
+    """Warn of prescribed slaves with more tractions than their masters may balance, and
+    of exchanged sides. Collective.
 
     A slave of few facets in contact often solves all the same. A `Tie` has no such
-    limit. Collective.
+    limit.
     """
     if surfaces.tied is not None:
         return
-    for zone in rigid_slaves(surfaces, marker):
-        ratio = _distance_ratio(zone, surfaces)
-        if ratio > CLOSEST:
-            own = [pair for pair in pairs if surfaces.zones[pair.surface] is zone]
-            swapped = ", ".join(pair.in_other_order for pair in own)
-            slave = spoken(own[0].slave_name, own[0].slave)
-            warn(
-                f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} "
-                "times as close as those of its master, which may not balance so many "
-                f"tractions: give the sides in the other order, pairs=[{swapped}]",
-                4,
+    rigid = rigid_slaves(surfaces, marker)
+    ratios = {k: distance_ratio(zone, surfaces) for k, zone in rigid.items()}
+    finer = {k: ratio for k, ratio in ratios.items() if ratio > CLOSEST}
+    for k, ratio in (finer | dict(surfaces.exchanged)).items():
+        own = [pair for pair in pairs if pair.surface == k]
+        swapped = ", ".join(pair.in_other_order for pair in own)
+        slave = spoken(own[0].slave_name, own[0].slave)
+        remedy = f"give the sides in the other order, pairs=[{swapped}]"
+        if k in surfaces.exchanged:
+            remedy = (
+                f"contact is solved as by pairs=[{swapped}], with points and fields on "
+                "the master, and with forces by the names given"
             )
+        warn(
+            f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} times as "
+            "close as those of its master, which may not balance so many tractions: "
+            f"{remedy}",
+            4,
+        )
 
 
-def _distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
+def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     """Distance of a master's nodes over that of the multiplier's, where they face each
     other; without any hit, of the smallest over that of the largest facets. Collective.
     """

@@ -36,6 +36,8 @@ class ContactState:
     smooth: bool = False
     # Changes of gaps in a step that is not yet accepted, such as implicit wear
     corrections: Sequence[Array] = ()
+    # Numbers of slave surfaces whose sides are exchanged, see `ContactSurfaces`
+    exchanged: Sequence[int] = ()
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -90,6 +92,15 @@ def state_fault(
         return (
             f"the state is of a contact with smooth={state.smooth}, this one has smooth="
             f"{own.smooth}: their surfaces differ"
+        )
+    if tuple(state.exchanged) != tuple(own.exchanged):
+        sides = [
+            "with exchanged sides" if one.exchanged else "with sides as given"
+            for one in (state, own)
+        ]
+        return (
+            f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
+            "once the problem is made, or call keep_sides() of both before"
         )
     theirs, here = state.shapes(), own.shapes()
     allowed = {name: {shape} for name, shape in here.items()}

@@ -179,7 +179,7 @@ class Checkpoint:
                 {
                     "gamma": one.gamma if is_real_number(one.gamma) else None,
                     "scale": one.gamma_scale,
-                    "law": _law(one.method),
+                    "law": _law(one),
                     "motions": [_list(motion) for motion in part.old_motions],
                     "freedoms": [_list(values) for values in part.freedoms],
                 }
@@ -357,7 +357,7 @@ class Checkpoint:
         """Why the file is none of this problem, if so; rows are not looked at."""
         contacts = zip(head["contacts"], self.problem.contact.contacts)
         for k, (known, one) in enumerate(contacts):
-            law, own = known.get("law"), _law(one.method)  # older files have none
+            law, own = known.get("law"), _law(one)  # older files have none
             if law and own and law != own:
                 return self._says(f"its contact[{k}] has {law}, here is {own}")
         saved = [one for one in head["tables"] if not one["name"].startswith("springs")]
@@ -395,12 +395,14 @@ class Checkpoint:
         return None
 
 
-def _law(method: Any) -> str | None:
+def _law(contact: Any) -> str | None:
     """Say what the values of a multiplier mean, if there is one."""
+    method = contact.method
     if not isinstance(method, AugmentedLagrangian):
         return None
     dual = "multiplier='dual' and " * method.is_dual
-    return f"{dual}condition={method.condition!r}"
+    sides = " and exchanged sides" * bool(contact.surfaces.exchanged)
+    return f"{dual}condition={method.condition!r}{sides}"
 
 
 def _list(values: Any) -> list[Any]:

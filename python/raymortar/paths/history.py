@@ -227,7 +227,7 @@ class History:
             if zones[i].facets.meets_itself:  # its forces add up to zero
                 continue
             if pair.slave_name or pair.master_name or numbers.count(i) > 1:
-                master = zones[i].facets.master_tags.index(pair.master)
+                master = zones[i].facets.master_tags.index(pair.hit)
                 found.append((pair.label, i, master, partial(one.of_pair, k)))
         return found
 

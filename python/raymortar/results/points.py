@@ -40,6 +40,9 @@ class PointResults:
     ) -> dict[str, Array]:
         """Arrays over this rank's integration points of a slave, at the last `update`.
 
+        Where sides are exchanged (`Pair.is_exchanged`) they are on the master, and all
+        that is said of slave and master below is of the other one.
+
         Parameters
         ----------
         zone, master
@@ -216,7 +219,7 @@ class PointResults:
         """Sum up the forces of the pair with a number. Collective."""
         pair = self.pair_table.pairs[k]
         zone = self.zones[pair.surface]
-        master = zone.facets.master_tags.index(pair.master)
+        master = zone.facets.master_tags.index(pair.hit)
         return resultant(zone, master)
 
     def resultants(self) -> list[Resultant]:

@@ -196,7 +196,7 @@ def _plain(moment: Array) -> Array | float:
 def resultant(
     zone: ZoneData, master: int | None = None, at_hits: bool = False
 ) -> Resultant:
-    """Sum up force and moment on the slave side of a zone. Collective.
+    """Sum up force and moment on the side of a zone that the user calls slave. Collective.
 
     Of the master with an index alone, or of all and points without a hit. Tractions have
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
@@ -207,7 +207,8 @@ def resultant(
     points = zone.seen_points()
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
-    return _sum_up(zone, points, at_hits)
+    found = _sum_up(zone, points, at_hits)
+    return _opposite(found) if zone.facets.is_exchanged else found
 
 
 def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:
