@@ -34,7 +34,7 @@ ENOUGH = 0.5
 NAMED = 10
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
 # which the master may balance these: with sides that can be exchanged, and without. At
-# 1.5 Newton's method fails on flat surfaces, at 1.2 it may
+# 1.5 Newton's method fails on flat surfaces; at 1.025 it may, with many facets
 CLOSE, CLOSEST = 1.01, 1.4
 
 
