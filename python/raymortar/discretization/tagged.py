@@ -136,23 +136,8 @@ def find_facets(
         other = surface
         if not group.meets_itself:
             other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
-        surfaces, joined = (surface, other), join(masters)
-        zones.append(
-            ZoneFacets(
-                slave_tag,
-                given,
-                slave,
-                masters,
-                *surfaces,
-                joined,
-                a,
-                b,
-                bodies,
-                shares,
-                labels,
-                names,
-            )
-        )
+        sides = slave_tag, given, slave, masters, surface, other, join(masters)
+        zones.append(ZoneFacets(*sides, a, b, bodies, shares, labels, names))
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:
             raise ContactError(

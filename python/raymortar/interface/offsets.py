@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -216,7 +214,7 @@ class Augmentation:
         return float(change)
 
 
-def augmented(parts: Sequence[Any], comm: MPI.Comm) -> float:
+def augmented(parts: Sequence[Any]) -> float:
     """Augment contacts with an exact penalty; 0 if all gaps are closed. Collective.
 
     Returns the largest change of a gap over the size of facets.

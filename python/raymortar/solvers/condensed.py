@@ -219,18 +219,13 @@ class NodeFrames:
         count = (sizes < DETERMINED).sum(axis=1)
         for k in range(m + 1):
             at = np.flatnonzero(count == k)
-            self._take(at, m - k, left[at], sizes[at], right[at], answers[at])
+            self._take(at, m - k, (left[at], sizes[at], right[at]), answers[at])
 
     def _take(
-        self,
-        at: Places,
-        f: int,
-        left: Array,
-        sizes: Array,
-        right: Array,
-        answers: Array,
+        self, at: Places, f: int, shares: tuple[Array, Array, Array], answers: Array
     ) -> None:
-        """Take nodes with f rows of forces."""
+        """Take nodes with f rows of forces, by the singular values of their shares."""
+        left, sizes, right = shares
         rows = _t(left)
         law = rows[:, f:]
         forces = _t(right[:, :f]) @ (rows[:, :f] / sizes[:, :f, None])
@@ -238,10 +233,8 @@ class NodeFrames:
         k = law.shape[1]
         order = np.argsort(-(by_law[:, :k] ** 2).sum(axis=1), axis=1, kind="stable")
         axes = np.empty_like(left)
-        for own, place in (
-            (by_law[:, :k], order[:, :k]),
-            (by_law[:, k:], order[:, k:]),
-        ):
+        for part in (slice(k), slice(k, None)):
+            own, place = by_law[:, part], order[:, part]
             near = np.take_along_axis(_t(own), place[:, :, None], axis=1)
             np.put_along_axis(axes, place[:, :, None], _rotation(near) @ own, axis=1)
         found = axes @ forces

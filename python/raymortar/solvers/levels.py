@@ -181,8 +181,7 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
 
 def sides(contact: Any) -> list[Any]:
     """List the slave and master surfaces of all zones."""
-    facets = [zone.facets for zone in contact.zones]
-    return [side for one in facets for side in (one.slave_surface, one.master_surface)]
+    return [side for zone in contact.zones for side in zone.sides]
 
 
 def rigid_motions(V: Any) -> list[Array]:
