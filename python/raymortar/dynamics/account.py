@@ -152,7 +152,7 @@ class Account:
         stored = self._stored()
         mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
         self._work += self._works(mean, change, stored, self._stored_then)
-        self._of_bodies += self._bodies.work_of_contact, self._bodies.work
+        self._of_bodies += self._bodies.work_of_contact(), self._bodies.work()
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
         self._rows, self._push = rows, pushes

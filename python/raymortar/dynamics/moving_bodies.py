@@ -40,9 +40,6 @@ class MovingBodies:
         The bodies that have mass.
     ends
         `BodyEnd` of each at the solved step, or at the accepted one.
-    work, work_of_contact
-        Work on the bodies in the solved step: of loads and springs, and of contact, which
-        is what else they gained.
     """
 
     def __init__(self, contact: Any, scheme: Scheme) -> None:
@@ -73,7 +70,7 @@ class MovingBodies:
         self._dt = 0.0
         # Unknowns at the accepted step; what pushed them there
         self._last: list[Array] = []
-        self.work = self.work_of_contact = 0.0
+        self._work = self._of_contact = 0.0
         self._given = [
             (body.cpp.force.copy(), body.cpp.moment.copy()) for body in self.bodies
         ]
@@ -202,7 +199,7 @@ class MovingBodies:
 
     def solved(self) -> None:
         """Take the end of the solved step, which is not yet accepted."""
-        before, self.work = self.kinetic(), 0.0
+        before, self._work = self.kinetic(), 0.0
         self.ends = self._ends()
         middle = isinstance(self._scheme, Midpoint)
         for k, (body, q, end) in enumerate(zip(self.bodies, self._last, self.ends)):
@@ -210,9 +207,9 @@ class MovingBodies:
             velocity = rate * body.freedom.totals + start
             push = self._load(body, self._given[k], velocity)
             mean = push if middle else 0.5 * (push + self._push[k])
-            self.work += float(mean @ (end.q - q))
+            self._work += float(mean @ (end.q - q))
             self._push[k] = push
-        self.work_of_contact = self.kinetic() - before - self.work
+        self._of_contact = self.kinetic() - before - self._work
 
     def accept(self) -> None:
         """Go over to the end of the solved step, after contact has accepted it."""
@@ -230,6 +227,14 @@ class MovingBodies:
                 spin.accept(end.spin)
 
     # Sums
+
+    def work(self) -> float:
+        """Work of loads and springs on the bodies in the solved step."""
+        return self._work
+
+    def work_of_contact(self) -> float:
+        """Work of contact on the bodies in the solved step: what else they gained."""
+        return self._of_contact
 
     def kinetic(self) -> float:
         """Kinetic energy at the end of the solved step."""

@@ -108,6 +108,13 @@ def _by_kind(
     return np.array([found.get(k, none) for k in range(len(kinds))]), kind.reshape(-1)
 
 
+def single(tables: Sequence[Array]) -> float | None:
+    """The value of all pairs if there is one, else None."""
+    values = np.concatenate([table.ravel() for table in tables])
+    low, high = float(values.min()), float(values.max())
+    return low if high <= (1.0 + SAME) * low else None
+
+
 class PairCoefficients(Mapping[tuple[int | str, Masters], tuple[float, ...]]):
     """Coefficients that differ between pairs of bodies.
 
@@ -153,9 +160,8 @@ def one_or_each(
     interfaces: Interfaces, tables: Sequence[Array]
 ) -> float | PairCoefficients:
     """A number if all pairs have the same value."""
-    values = np.concatenate([table.ravel() for table in tables])
-    low, high = float(values.min()), float(values.max())
-    return low if high <= (1.0 + SAME) * low else PairCoefficients(interfaces, tables)
+    one = single(tables)
+    return PairCoefficients(interfaces, tables) if one is None else one
 
 
 def spread(
