@@ -15,6 +15,7 @@ from .. import compat
 from ..compat import Array, Mask
 from ..contact import Contact, one_or_several
 from ..discretization.forms import check_form
+from ..discretization.ranks import destroy
 from ..errors import (
     ContactError,
     SetUpError,
@@ -148,9 +149,7 @@ class Inertia:
         layout = self.contact.layout
         with together(layout.comm):
             self._check_unknowns()
-        for thing in (self._M, self._Q, self._free):
-            if thing is not None:
-                thing.destroy()
+        destroy(self._M, self._Q, self._free)
         self._free = self._Q = None
         M = coupled_mass(layout, self._compiled)
         _require_no_negative(M)
@@ -169,8 +168,7 @@ class Inertia:
         _, layout = self.matrix, self.contact.layout
         anew = self._free is None or not np.array_equal(fixed, self._fixed)
         if layout.comm.allreduce(int(anew)):
-            if self._free is not None:
-                self._free.destroy()
+            destroy(self._free)
             self._free, self._fixed = self.only_between(~fixed), fixed.copy()
             self.revision += 1
         return self._free

@@ -13,6 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array, Indices, Mask
+from ..discretization.ranks import destroy
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
 from .inertia import Inertia, owned_values
@@ -133,8 +134,7 @@ class Motion:
         ksp = _conjugate_gradients(A)
         ksp.solve(b, x)
         found, reason = x.array_r[:n].copy(), ksp.getConvergedReason()
-        for thing in (ksp, A, x, b):
-            thing.destroy()
+        destroy(ksp, A, x, b)
         text = "the initial accelerations have not been found: is some mass negative?"
         raise_everywhere(comm, text if reason < 0 else None, ConvergenceError)
         self.set(self.acceleration, self.inertia.smooth(found))
@@ -256,8 +256,7 @@ class Rest:
         ksp.solve(b, x)
         if ksp.getConvergedReason() > 0:  # else the forms have no balance near here
             found[rows] = x.array_r
-        for thing in (x, b):
-            thing.destroy()
+        destroy(x, b)
         return found
 
     def _factors(self, chosen: Mask, rows: Indices) -> Any:
@@ -272,8 +271,7 @@ class Rest:
         own = PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=comm)
         part = self._K.createSubMatrix(own, own)
         own.destroy()
-        if self._ksp is not None:
-            self._ksp.destroy()
+        destroy(self._ksp)
         self._chosen, self._ksp = chosen.copy(), _conjugate_gradients(part)
         part.destroy()  # the solver keeps it
         return self._ksp
@@ -366,8 +364,7 @@ class MovingVolume:
         of = kept.revision, self._motion.inertia.revision, factor
         if of == self._of:
             return
-        if self.tangent is not None:
-            self.tangent.destroy()
+        destroy(self.tangent)
         self._of, self.tangent = of, kept.tangent.copy()
         self.tangent.axpy(factor, M, _OTHER)
         self.revision += 1

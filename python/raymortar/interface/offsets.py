@@ -109,14 +109,11 @@ class Offsets:
         count, parts = 1 if facets.bodies else 2, parts_of(self._surfaces.u)
         there = min(largest(comm, side) for side in zone.thickness[:count])
         if there < overlap:
-            sides = (facets.slave_part, facets.slave), (
-                facets.master_part,
-                facets.master,
-            )
-            cells = [Cells(parts[k].function_space.mesh) for k, _ in sides[:count]]
+            on = (facets.slave_part, facets.master_part)[:count]
+            cells = [Cells(parts[k].function_space.mesh) for k in on]
             there = min(
                 largest(comm, thickness_behind(of, side, 2.0 * overlap))
-                for of, (_, side) in zip(cells, sides)
+                for of, side in zip(cells, (facets.slave, facets.master))
             )
         if overlap <= there * (1.0 + _ROUNDING):
             return None

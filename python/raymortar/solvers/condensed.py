@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..discretization.joined import Places
+from ..discretization.ranks import destroy
 from ..errors import ContactError
 from ..interface.probing import product
 from ..system.condensation import ELIMINATED, Eliminated, scale
@@ -151,16 +152,13 @@ class CondensedPreconditioner:
             rest.axpy(-1.0, lacking)
             self.law.solve(rest, lacking)
             self._hats.multAdd(lacking, y, y)
-            for vector in (rest, lacking):
-                vector.destroy()
-        for vector in (right, found):
-            vector.destroy()
+            destroy(rest, lacking)
+        destroy(right, found)
 
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the tangent, as the next one may have another pattern. Collective."""
         for name, thing in vars(self).items():
-            if thing is not None:
-                thing.destroy()
+            destroy(thing)
             setattr(self, name, None)
 
     def destroy(self, pc: PETSc.PC) -> None:
@@ -188,8 +186,7 @@ def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     diagonal.setDiagonal(found)
     diagonal.assemble()
     matrix.axpy(1.0, diagonal, _OTHER)
-    found.destroy()
-    diagonal.destroy()
+    destroy(found, diagonal)
 
 
 class NodeFrames:

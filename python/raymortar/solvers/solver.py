@@ -15,6 +15,7 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..diagnose.outcome import require_convergence
+from ..discretization.ranks import destroy
 from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
@@ -156,8 +157,7 @@ class CoupledSolver(ABC):
             with self.options:
                 iterations, reason = iterate(*vectors)
         finally:
-            for vector in vectors:
-                vector.destroy()
+            destroy(*vectors)
             if reason is not None:
                 renew(self.krylov_solver, self.A)
         end = f"after {iterations} iterations{reason}"

@@ -16,6 +16,7 @@ from .. import _cpp, compat
 from ..compat import Array, Indices, Mask
 from ..convergence.balance import EPS, Groups
 from ..discretization.layout import CoupledRows
+from ..discretization.ranks import destroy
 from ..discretization.slave_fields import find_fields
 from ..discretization.unknowns import Lacking, Unknowns
 from ..errors import SetUpError, raise_everywhere, together
@@ -121,9 +122,7 @@ class TiePart:
 
     def _make(self) -> None:
         """Assemble the matrix and that of its absolute entries."""
-        for matrix in (self._K, self._sizes):
-            if matrix is not None:
-                matrix.destroy()
+        destroy(self._K, self._sizes)
         rows, columns, values = self._entries()
         self._K, self._sizes = (
             assembled(self._comm, self._layout.size, rows, columns, one)

@@ -16,6 +16,7 @@ from ufl.corealg.traversal import unique_pre_traversal
 from .. import _cpp, compat
 from ..compat import Array, Mask
 from ..discretization.forms import derivative
+from ..discretization.ranks import destroy
 from ..discretization.unknowns import Unknowns
 from ..errors import together
 from .entries import without_zeros
@@ -333,9 +334,7 @@ class Kept:
 
     def _assemble(self) -> None:
         """Assemble K, and divide it into its two parts."""
-        for thing in (self.tangent, self._others, self._x, self._y):
-            if thing is not None:
-                thing.destroy()
+        destroy(self.tangent, self._others, self._x, self._y)
         self.revision += 1
         K = self._contact.layout.create_matrix()
         _cpp.preallocate(K.handle, self._pattern.offsets, self._pattern.columns, [], [])
