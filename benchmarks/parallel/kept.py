@@ -13,11 +13,8 @@ what memory grew by meanwhile; each row from a process of its own, on one rank.
 
 from __future__ import annotations
 
-import argparse
-import json
 import resource
 import time
-from pathlib import Path
 from types import SimpleNamespace
 
 from mpi4py import MPI
@@ -25,7 +22,7 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx import fem
-from rows import measure_rows, write_row
+from rows import run
 
 import raymortar
 from meshes.blocks import Block
@@ -185,15 +182,19 @@ CASES = {
 }
 
 
+def steps_of(solver, parts):
+    """Run all parts of a path, and return its steps."""
+    runs = (raymortar.LoadSteps(solver, *part).run() for part in parts)
+    return [step for steps in runs for step in steps]
+
+
 def measure(case, size, linear):
     """One row."""
     make, sizes = CASES[case]
     problem, parts = make(sizes[size])
     solver = raymortar.SNESSolver(problem, LINEAR[linear]())
     before, start = peak_megabytes(), time.process_time()
-    path = []
-    for apply, steps in parts:
-        path += raymortar.LoadSteps(solver, apply, steps).run()
+    path = steps_of(solver, parts)
     seconds = time.process_time() - start
     values = (
         *(case, problem.contact.layout.size_global, linear, len(path)),
@@ -208,26 +209,5 @@ def peak_megabytes():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", default=",".join(CASES))
-    parser.add_argument("--sizes", default="0,1,2")
-    parser.add_argument("--linear", default="mumps,kept")
-    parser.add_argument("--more", action="store_true", help="add to the file's rows")
-    parser.add_argument("--output", type=Path, default=Path(__file__).parent)
-    parser.add_argument("--row", nargs=3, metavar=("CASE", "SIZE", "LINEAR"))
-    arguments = parser.parse_args()
-    if arguments.row:
-        case, size, linear = arguments.row
-        print(json.dumps(measure(case, int(size), linear)))
-        return
-    path = arguments.output / "kept.csv"
-    if not (arguments.more and path.exists()):
-        write_row(path, {name: name for name in COLUMNS}, "w")
-    names = "cases", "sizes", "linear"
-    choices = [getattr(arguments, name).split(",") for name in names]
-    measure_rows(__file__, choices, path)
-
-
 if __name__ == "__main__":
-    main()
+    run(__file__, __doc__, COLUMNS, measure, CASES, "mumps,kept")

@@ -12,8 +12,6 @@ process of its own, on one rank. Neo-Hookean bodies with friction.
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from pathlib import Path
@@ -23,7 +21,7 @@ from mpi4py import MPI
 import kept
 import numpy as np
 import ufl
-from rows import measure_rows, write_row
+from rows import run
 
 import raymortar
 from raymortar import solvers
@@ -63,11 +61,11 @@ def flat(size, options):
         MPI.COMM_SELF, size, "neo-hookean", options=options, extrapolate=False
     )
 
-    def run():
+    def walk():
         rows = list(model.path(0.0, 10, 100, 1.3))
         return len(rows), sum(row.iterations for row in rows)
 
-    return model.solver, run
+    return model.solver, walk
 
 
 def solid(size, options):
@@ -75,23 +73,21 @@ def solid(size, options):
     problem, parts = kept.ironing(size, neo_hookean)
     solver = raymortar.SNESSolver(problem, options)
 
-    def run():
-        path = []
-        for apply, steps in parts:
-            path += raymortar.LoadSteps(solver, apply, steps).run()
+    def walk():
+        path = kept.steps_of(solver, parts)
         return len(path), sum(step.iterations for step in path)
 
-    return solver, run
+    return solver, walk
 
 
 def measure(case, size, linear):
     """One row."""
     make = {"flat": flat, "solid": solid}[case]
-    solver, run = make(SIZES[case][size], LINEAR[linear](case))
+    solver, walk = make(SIZES[case][size], LINEAR[linear](case))
     ksp, counts = solver.krylov_solver, []
     solver.snes.setMonitor(lambda snes, i, norm: counts.append(ksp.its))
     start = time.process_time()
-    steps, newton = run()
+    steps, newton = walk()
     seconds = time.process_time() - start
     lagged = linear == "lagged"
     values = (
@@ -103,24 +99,5 @@ def measure(case, size, linear):
     return dict(zip(COLUMNS, values, strict=True))
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--cases", default=",".join(SIZES))
-    parser.add_argument("--sizes", default="0,1,2")
-    parser.add_argument("--linear", default=",".join(LINEAR))
-    parser.add_argument("--output", type=Path, default=Path(__file__).parent)
-    parser.add_argument("--row", nargs=3, metavar=("CASE", "SIZE", "LINEAR"))
-    arguments = parser.parse_args()
-    if arguments.row:
-        case, size, linear = arguments.row
-        print(json.dumps(measure(case, int(size), linear)))
-        return
-    path = arguments.output / "lagged.csv"
-    write_row(path, {name: name for name in COLUMNS}, "w")
-    names = "cases", "sizes", "linear"
-    choices = [getattr(arguments, name).split(",") for name in names]
-    measure_rows(__file__, choices, path)
-
-
 if __name__ == "__main__":
-    main()
+    run(__file__, __doc__, COLUMNS, measure, SIZES, ",".join(LINEAR))

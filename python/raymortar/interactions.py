@@ -264,21 +264,19 @@ def _fault(contacts: Sequence[Any]) -> str | None:
     """Why contacts cannot be in one problem, if so."""
     first = contacts[0]
     for i, contact in enumerate(contacts):
+        which = f"contact[{i}], of slave {contact.surfaces.tags},"
         if any(contact is other for other in contacts[:i]):
-            return (
-                f"contact[{i}], of slave {contact.surfaces.tags}, is in the list twice"
-            )
+            return f"{which} is in the list twice"
         if not _same_displacement(first.unknowns, contact.unknowns):
             return (
-                f"contact[{i}], of slave {contact.surfaces.tags}, has the displacement "
-                f"{contact.unknowns.name}, contact[0] another one, {first.unknowns.name}: all "
-                "contacts of a problem must be made with the same"
+                f"{which} has the displacement {contact.unknowns.name}, contact[0] another "
+                f"one, {first.unknowns.name}: all contacts of a problem must be made with "
+                "the same"
             )
         if contact.axisymmetric != first.axisymmetric:
             return (
-                f"contact[{i}], of slave {contact.surfaces.tags}, has axisymmetric="
-                f"{contact.axisymmetric}, contact[0] {first.axisymmetric}: one form is "
-                "of a full turn, or of none"
+                f"{which} has axisymmetric={contact.axisymmetric}, contact[0] "
+                f"{first.axisymmetric}: one form is of a full turn, or of none"
             )
     return _fault_beside_all(contacts)
 

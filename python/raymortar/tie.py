@@ -15,12 +15,12 @@ from .contact import Contact
 from .discretization.checks import check_fields
 from .discretization.facets import join
 from .discretization.joined import Displacement, parts_of
-from .discretization.own_unknowns import function_on_facets
+from .discretization.slave_fields import function_on_facets
 from .errors import ContactError, is_one_of, raise_everywhere, require_agreement, truth
 from .interface.flux_sides import TiedField
 from .interface.pairs import Pair
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .system.field_tie import TiePart
+from .system.fluxes import TiePart
 
 ADJUST = ("keep", "close")
 # A field on a surface, and this rank's facets there

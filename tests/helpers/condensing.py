@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 from dolfinx import fem
 from problems import COMM, DIMENSION, fix, residual
+from tangents import remainders_in_petsc
 
 from meshes.scenes import two_blocks
 from raymortar import (
@@ -115,23 +116,13 @@ def newton(problem, rtol=1e-12, most=25):
 def taylor_order(problem, aside=0.0, seed=0):
     """Order of what the tangent leaves of the residual, along a random direction that
     the state has gone by `aside`; and what it leaves."""
-    x, A = problem.create_vector(), problem.create_matrix()
+    x = problem.create_vector()
     n = x.getLocalSize()
     x.array[:] = problem.u.x.array[:n]
     d = x.duplicate()
     rng = np.random.default_rng(seed + COMM.rank)
     d.array[:] = rng.normal(size=n) * ~problem.coupled.prescribed
     x.axpy(aside, d)
-    b, other, slope = (problem.create_vector() for _ in range(3))
-    problem.F(x, b)
-    problem.J(x, A)
-    A.mult(d, slope)
-    steps, rest = 10.0 ** -np.arange(5.0, 7.0, 0.5), []
-    for e in steps:
-        y = x.copy()
-        y.axpy(e, d)
-        problem.F(y, other)
-        other.axpy(-1.0, b)
-        other.axpy(-e, slope)
-        rest.append(other.norm())
+    steps = 10.0 ** -np.arange(5.0, 7.0, 0.5)
+    rest = remainders_in_petsc(problem, x, d, steps)
     return np.polyfit(np.log(steps), np.log(rest), 1)[0], rest

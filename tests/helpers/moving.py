@@ -8,6 +8,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from problems import COMM, DIMENSION
+from tangents import remainders_in_petsc
 
 import raymortar
 from meshes.blocks import Block
@@ -164,21 +165,10 @@ def taylor_slope(problem, seed):
     """Order of what the tangent leaves of the residual's change at a state beside the
     start, in which held dofs stay. Collective."""
     rng, n = np.random.default_rng(seed + COMM.rank), problem.contact.layout.n_u
-    A, x = problem.create_matrix(), problem.start()
-    d, b, now, then = (problem.create_vector() for _ in range(4))
+    x, d = problem.start(), problem.create_vector()
     for vector, size in ((x, 1e-3), (d, 1.0)):
         step = size * rng.normal(size=x.local_size)
         step[:n][problem.constrained] = 0.0
         vector.array[:] += step
-    problem.F(x, now)
-    problem.J(x, A)
-    A.mult(d, b)
-    errors = []
-    for h in (1e-5, 5e-6):
-        moved = x.copy()
-        moved.axpy(h, d)
-        problem.F(moved, then)
-        then.axpy(-1.0, now)
-        then.axpy(-h, b)
-        errors.append(then.norm())
+    errors = remainders_in_petsc(problem, x, d, (1e-5, 5e-6))
     return np.log2(errors[0] / errors[1])

@@ -59,6 +59,24 @@ def taylor_remainders(
     return np.array(remainders)
 
 
+def remainders_in_petsc(problem, x, direction, steps):
+    """The same of a problem's F and J at a vector x, per step. Collective."""
+    A = problem.create_matrix()
+    at, slope, change = (problem.create_vector() for _ in range(3))
+    problem.F(x, at)
+    problem.J(x, A)
+    A.mult(direction, slope)
+    remainders = []
+    for e in steps:
+        moved = x.copy()
+        moved.axpy(e, direction)
+        problem.F(moved, change)
+        change.axpy(-1.0, at)
+        change.axpy(-e, slope)
+        remainders.append(change.norm())
+    return np.array(remainders)
+
+
 def slopes(steps, remainders):
     """Slope fitted over all steps, and that of every decade."""
     x, y = np.log10(steps), np.log10(remainders)

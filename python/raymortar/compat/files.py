@@ -84,9 +84,8 @@ def write_xdmf(
         If the file cannot be written.
     """
     _check(mesh.comm, Path(filename), functions)
-    args, degree = (mesh.comm, str(filename), "a" if append else "w"), geometry_degree(
-        mesh
-    )
+    args = mesh.comm, str(filename), "a" if append else "w"
+    degree = geometry_degree(mesh)
     with writing(mesh.comm, filename, RuntimeError), dolfinx.io.XDMFFile(*args) as file:
         if not append:
             file.write_mesh(mesh)

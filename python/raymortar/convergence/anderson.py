@@ -20,14 +20,7 @@ class Anderson:
     """Anderson's method: steps that combine the residuals of earlier iterates.
 
     For linear equations it is GMRES: it converges where the plain iteration does not
-    (Walker & Ni 2011).
-
-    Parameters
-    ----------
-    comm
-        Communicator.
-    weights
-        Weights of the squares of the owned values, (owned,).
+    (Walker & Ni 2011). Weights (owned,) are those of the squares of the owned values.
     """
 
     def __init__(self, comm: MPI.Comm, weights: Array) -> None:

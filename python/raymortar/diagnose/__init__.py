@@ -1,8 +1,7 @@
 """Diagnosis of a problem's state: faults of a solution, and messages of a failed solve.
 
 - outcome: what follows a solve, an error or warnings
-- corners: faces that press at a corner and share its multiplier
 - lost_contact, tools: surfaces, bodies and rigid tools that have lost each other
 - missed: masters that a slave meets on no path
-- failure: messages of solves that did not converge
+- failure: messages of solves that did not converge, corners of several faces
 """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from itertools import product
 
 from mpi4py import MPI
@@ -14,7 +13,7 @@ from ..compat import Array
 from ..discretization.ranks import ends_of, of_all
 from ..discretization.reference_facets import facet_nodes
 from ..discretization.surfaces import Surface
-from ..errors import ContactWarning, format_point
+from ..errors import format_point, warn
 from ..interactions import Interaction
 from ..interface.point_results import OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
@@ -77,7 +76,7 @@ class MastersOnPath:
                 if is_behind or not is_met:
                     zone.met.add(0)  # told once
                     text = _text_of_facets(zone, place, distance, is_behind)
-                    warnings.warn(text, ContactWarning, stacklevel=4)
+                    warn(text, 4)
 
     def _warn_of_tools(self, start: Array, zone: ZoneData) -> None:
         """Warn of the rigid bodies that a slave has not met. Collective."""
@@ -91,7 +90,7 @@ class MastersOnPath:
             size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
             moved = bool(np.any(body.motion() != start[k]))
             if moved or _distance(body, box.mean(axis=0)) > FAR * size:
-                warnings.warn(_text(zone, body, box), ContactWarning, stacklevel=5)
+                warn(_text(zone, body, box), 5)
 
 
 def warn_of_passed_masters(contact: Interaction) -> None:
@@ -104,7 +103,7 @@ def warn_of_passed_masters(contact: Interaction) -> None:
             if is_behind and not _nearest(zone, contact.u_old)[2]:
                 zone.met.add(0)  # told once
                 text = _text_of_facets(zone, place, distance, True, "so far")
-                warnings.warn(text, ContactWarning, stacklevel=5)
+                warn(text, 5)
 
 
 def _is_open(zone: ZoneData) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -15,10 +14,10 @@ from ..contact import Contact
 from ..errors import (
     BodyLeft,
     ContactLost,
-    ContactWarning,
     ConvergenceError,
     format_point,
     raise_everywhere,
+    warn,
 )
 from ..interactions import Interaction
 from ..interface.point_results import CLOSED, PointStatus
@@ -29,8 +28,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from ..rigid.motions import LARGEST_TURN
-from .corners import corner_between
-from .failure import automatic_gamma, compared, describe
+from .failure import automatic_gamma, compared, corner_between, describe
 from .inverted import inverted_cells
 from .lost_contact import lost_contact
 from .missed import warn_of_passed_masters
@@ -88,7 +86,7 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         warn_of_passed_masters(problem.contact)
     else:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
-        warnings.warn(text, ContactWarning, stacklevel=4)
+        warn(text, 4)
 
 
 @dataclass(frozen=True)
@@ -144,7 +142,7 @@ class Doubts:
                 remedy = found.remedy()
                 if remedy is not None:
                     text = found.text + remedy
-                    warnings.warn(text, ContactWarning, stacklevel=stacklevel + 1)
+                    warn(text, stacklevel + 1)
 
 
 def findings(problem: CoupledProblem) -> Iterator[Finding]:

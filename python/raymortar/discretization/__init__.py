@@ -4,6 +4,7 @@
 - joined: several meshes as one
 - facets, tagged: tagged facets, turned outward
 - layout: the numbering of all unknowns
-- slave_fields: fields on slave facets, from numbers, Functions or callables
+- slave_fields: fields on slave facets, from numbers, Functions or callables; Functions that
+  terms bring
 - ranks: what ranks exchange: boxes, marks at dofs, counts of messages
 """

@@ -28,7 +28,13 @@ from .facets import (
 )
 from .joined import NUMBERS_OF_PART
 from .ranks import count_marks
-from .reference_facets import N_CORNERS, facet_nodes, middle_normals, shape_functions
+from .reference_facets import (
+    N_CORNERS,
+    dot,
+    facet_nodes,
+    middle_normals,
+    shape_functions,
+)
 from .surfaces import Surface
 
 # Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
@@ -167,11 +173,6 @@ def _neighbourhood(mesh: Mesh, facets: Facets) -> tuple[Global, Array, Indices]:
     return ids[near], X[near], (np.cumsum(near) - 1)[at]
 
 
-def _dot(a: Array, b: Array) -> Array:
-    """Products of vectors in the last axis."""
-    return np.einsum("...d,...d->...", a, b)
-
-
 def _corner_normals(
     shape: _Shape, ids: Global, unit: Array, arms: Array
 ) -> tuple[Array, Mask]:
@@ -181,11 +182,11 @@ def _corner_normals(
     are those of Max (1999), exact for spheres; in 2D for circles.
     """
     n, d = ids.size, unit.shape[-1]
-    unit, squares = np.repeat(unit, ids.shape[1], axis=0), _dot(arms, arms)
+    unit, squares = np.repeat(unit, ids.shape[1], axis=0), dot(arms, arms)
     m = unit * np.sqrt(squares).reshape(n, d - 1)[:, :1]
     if d == 3:
         m = np.cross(arms[:, :, 0], arms[:, :, 1]).reshape(n, d)
-        m *= np.sign(_dot(m, unit))[:, None]
+        m *= np.sign(dot(m, unit))[:, None]
     weight = m / squares.prod(axis=-1).reshape(n, 1)
     directions = (arms / np.sqrt(squares)[..., None]).reshape(n, d - 1, d)
     # Corners of facets at the same node, each with each
@@ -193,7 +194,7 @@ def _corner_normals(
     places = np.arange(n), node.ravel()
     at = csr_array((np.ones(n), places), shape=(n, len(nodes)))
     one, other = (at @ at.T).nonzero()
-    cosine = _dot(unit[one], unit[other])
+    cosine = dot(unit[one], unit[other])
     # Facets whose normals differ little, or which others lead to in small steps
     near = cosine > np.cos(SHARPEST)
     patch = connected(np.column_stack([one, other])[near], n)
@@ -227,7 +228,7 @@ def _mirrored(
     Also find where the surface goes on beyond the far end alone.
     """
     far = normal[:, shape.arms]
-    share = _dot(far, arms) / _dot(arms, arms)
+    share = dot(far, arms) / dot(arms, arms)
     alone = reached[:, shape.arms, shape.back] & ~reached
     return far - 2.0 * share[..., None] * arms, alone
 
@@ -245,7 +246,7 @@ def _sags(shape: _Shape, ids: Global, X: Array, mine: Indices) -> Array:
     length = np.linalg.norm(n0 + n1, axis=-1)
     direction = (n0 + n1) / length[..., None]
     chord = X[:, shape.ends[:, 1]] - X[:, shape.ends[:, 0]]
-    height = -_dot(n0 - n1, chord) / (2.0 * (2.0 + length))
+    height = -dot(n0 - n1, chord) / (2.0 * (2.0 + length))
     sag = height[..., None] * direction
     if X.shape[-1] == 3:
         keys = np.sort(ids[:, shape.ends].reshape(-1, 2), axis=1)
@@ -264,8 +265,8 @@ def _agreed(keys: Global, unit: Array, direction: Array, height: Array) -> Array
     paired = order[count[edge.ravel()[order]] == 2]
     one, two = paired[::2], paired[1::2]
     n, h = direction.reshape(-1, 3), height.reshape(-1, 1)
-    smooth = _dot(unit[one], unit[two]) > np.cos(SHARPEST)
-    k = _dot(n[one], n[two])[:, None]
+    smooth = dot(unit[one], unit[two]) > np.cos(SHARPEST)
+    k = dot(n[one], n[two])[:, None]
     # Two sides of a thin sheet tell nothing of its edge
     clear = 1.0 - k**2 > np.sin(SHARPEST) ** 2
     divisor = np.where(clear, 1.0 - k**2, np.inf)

@@ -64,6 +64,14 @@ def free_dropped(comm: MPI.Comm) -> None:
         del _dropped[name]
 
 
+def destroy(*things: Any) -> None:
+    """Free PETSc objects at once, as petsc4py keeps dropped ones for a while; None is
+    nothing. Collective."""
+    for thing in things:
+        if thing is not None:
+            thing.destroy()
+
+
 # Values of all ranks
 
 

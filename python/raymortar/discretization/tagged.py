@@ -159,24 +159,9 @@ def find_facets(
         other = surface
         if not group.meets_itself:
             other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
-        surfaces, joined = (surface, other), join(masters)
-        zones.append(
-            ZoneFacets(
-                slave_tag,
-                given,
-                slave,
-                masters,
-                *surfaces,
-                joined,
-                a,
-                b,
-                bodies,
-                shares,
-                labels,
-                names,
-                group.is_exchanged,
-            )
-        )
+        sides = slave_tag, given, slave, masters, surface, other, join(masters)
+        found = a, b, bodies, shares, labels, names, group.is_exchanged
+        zones.append(ZoneFacets(*sides, *found))
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:
             raise ContactError(

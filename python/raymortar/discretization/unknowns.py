@@ -108,6 +108,8 @@ class Unknowns:
         Whether the displacement of one Function is the only unknown.
     functions
         What is solved for. Until a problem is made, the displacement as it was given.
+    starts, owned_starts
+        First local and first owned unknown of each Function, then their number.
     """
 
     def __init__(self, given: Function | Sequence[Function]) -> None:
@@ -176,8 +178,7 @@ class Unknowns:
 
     def _update(self) -> None:
         """Find what the present functions determine."""
-        # By whether ghosts count
-        self._starts = {ghosts: self._starts_now(ghosts) for ghosts in (False, True)}
+        self.starts, self.owned_starts = self._starts_now(True), self._starts_now(False)
         # Whether the displacement of one Function is the only unknown
         one = len(self.functions) == 1
         self.is_plain = one and self.displacements[0].component is None
@@ -201,16 +202,6 @@ class Unknowns:
             n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
             sizes.append(n * bs)
         return np.cumsum(sizes)
-
-    @property
-    def starts(self) -> Places:
-        """First local unknown of each Function, then their number."""
-        return self._starts[True]
-
-    @property
-    def owned_starts(self) -> Places:
-        """First owned unknown of each Function, then their number."""
-        return self._starts[False]
 
     @property
     def u_local(self) -> Places | slice:
@@ -293,13 +284,12 @@ class Unknowns:
 
     def owned_values(self) -> Array:
         """Copy of all owned unknowns."""
-        sizes = np.diff(self.owned_starts)
-        return np.concatenate([f.x.array[:n] for f, n in zip(self.functions, sizes)])
+        return self.owned_part(self.values())
 
     def owned_part(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """The owned entries of an array over the local unknowns."""
         if len(self.functions) == 1:
-            return values[: self._starts[False][-1]]
+            return values[: self.owned_starts[-1]]
         sizes = np.diff(self.owned_starts)
         return np.concatenate(
             [values[start : start + n] for start, n in zip(self.starts, sizes)]
@@ -377,7 +367,7 @@ class Unknowns:
 
     def lacking(self, bcs: Sequence[Any]) -> Lacking:
         """Find the increments that prescribed unknowns still need."""
-        known, starts = self._conditions(bcs), self._starts[True]
+        known, starts = self._conditions(bcs), self.starts
         found, values = np.zeros(starts[-1]), self.values()
         for k, conditions in enumerate(known.by_function):
             if conditions:

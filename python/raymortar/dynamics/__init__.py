@@ -1,9 +1,8 @@
 """Motion with contact: inertia without mass at contact surfaces, and time steps.
 
-- weights, massless, inertia: nodes of contact surfaces have no mass
-- schemes, motion: schemes of time integration, and what a step starts from
-- moving_volume, moving_bodies: inertia in the equations of a problem
-- spinning: rotation of rigid bodies about all axes
+- massless, inertia: nodes of contact surfaces have no mass
+- schemes: schemes of time integration
+- motion, moving_bodies: what a step starts from, and inertia in its equations
 - time_path, time_steps: paths of time and the loop over steps
 - account: energies and momentum
 """

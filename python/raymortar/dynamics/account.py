@@ -58,14 +58,7 @@ PUSHED = 1e-10
 class Account:
     """Accounts for energy, momentum and impulse, step by step. Collective.
 
-    Parameters
-    ----------
-    problem
-        Problem whose volume is the user's forms alone.
-    motion, bodies
-        Motion of the bodies and of rigid bodies.
-    energy
-        UFL functional of the stored energy, or None.
+    The problem's volume is then the user's forms alone.
     """
 
     def __init__(

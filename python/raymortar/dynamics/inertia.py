@@ -15,6 +15,7 @@ from .. import compat
 from ..compat import Array, Mask
 from ..contact import Contact, one_or_several
 from ..discretization.forms import check_form
+from ..discretization.ranks import destroy
 from ..errors import (
     ContactError,
     SetUpError,
@@ -25,7 +26,7 @@ from ..errors import (
 )
 from ..interface.probing import product
 from ..system.entries import without_zeros
-from ..system.kept import Inputs
+from ..system.volume import Inputs
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")
@@ -150,12 +151,10 @@ class Inertia:
         layout = self.contact.layout
         with together(layout.comm):
             self._check_unknowns()
-        for thing in (self._M, self._Q, self._free):
-            if thing is not None:
-                thing.destroy()
+        destroy(self._M, self._Q, self._free)
         self._free = self._Q = None
         M = coupled_mass(layout, self._compiled)
-        _require_no_negative(M, layout.comm)
+        _require_no_negative(M)
         if self.mass != "consistent":
             self._Q = replacement(self.contact, layout, M, self.mass)
             whole = M.ptap(self._Q)
@@ -171,8 +170,7 @@ class Inertia:
         _, layout = self.matrix, self.contact.layout
         anew = self._free is None or not np.array_equal(fixed, self._fixed)
         if layout.comm.allreduce(int(anew)):
-            if self._free is not None:
-                self._free.destroy()
+            destroy(self._free)
             self._free, self._fixed = self.only_between(~fixed), fixed.copy()
             self.revision += 1
         return self._free
@@ -205,13 +203,17 @@ class Inertia:
     def times(self, values: Array) -> Array:
         """Multiply Q^T M Q with values of the owned unknowns of the forms, (n,).
         Collective."""
-        return self._product(self.matrix, values)
+        return product(self.matrix, values)[: len(values)]
 
     def smooth(self, values: Array) -> Array:
         """Replace values of massless nodes by those that stand for them: Q times values
         of the owned unknowns, (n,). Collective."""
         _ = self.matrix
-        return values.copy() if self._Q is None else self._product(self._Q, values)
+        return (
+            values.copy()
+            if self._Q is None
+            else product(self._Q, values)[: len(values)]
+        )
 
     def gather(self, forces: Array) -> Array:
         """Give forces on massless nodes to those that stand for them: Q^T times forces
@@ -219,12 +221,7 @@ class Inertia:
         _ = self.matrix
         if self._Q is None:
             return forces.copy()
-        return self._product(self._Q, forces, transposed=True)
-
-    def _product(self, A: PETSc.Mat, values: Array, transposed: bool = False) -> Array:
-        """Multiply a matrix, or its transpose, with values of the owned unknowns of the
-        forms, which it gives."""
-        return product(A, values, transposed)[: len(values)]
+        return product(self._Q, forces, transposed=True)[: len(forces)]
 
     def apply(self, a: Function | Sequence[Function]) -> Array:
         """Forces of inertia at accelerations, for time integration of your own.
@@ -245,7 +242,7 @@ class Inertia:
         return self.times(owned_values(self.contact.unknowns, given, "a"))
 
 
-def _require_no_negative(M: PETSc.Mat, comm: Any) -> None:
+def _require_no_negative(M: PETSc.Mat) -> None:
     """Raise if some unknown has a negative mass. Collective."""
     diagonal = M.getDiagonal()
     least, most = diagonal.min()[1], diagonal.max()[1]

@@ -84,28 +84,20 @@ class _Nodes:
 
     def __init__(self, layout: CoupledRows, is_massless: Mask) -> None:
         V = layout.u.function_space
-        self.owned, self.d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-        self._layout, self.rows = layout, layout.u_rows[: self.owned]
-        self.x = V.tabulate_dof_coordinates()[: self.owned, : self.d]
-        self.chosen = np.flatnonzero(is_massless[: self.owned])
+        n, self.d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
+        self.rows = layout.u_rows[:n]
+        self.x = V.tabulate_dof_coordinates()[:n, : self.d]
+        self.chosen = np.flatnonzero(is_massless[:n])
         # Whether a row is the first of a node, whether massless, its place, all rows
         width = 2 + 2 * self.d
         table = np.zeros((layout.size, width))
         own = self.rows[:, 0] - layout.begin
-        table[own, 0], table[own, 1] = 1.0, is_massless[: self.owned]
+        table[own, 0], table[own, 1] = 1.0, is_massless[:n]
         table[own, 2 : 2 + self.d], table[own, 2 + self.d :] = self.x, self.rows
-        self._table = PETSc.Vec().createMPI(
+        self.table = PETSc.Vec().createMPI(
             (table.size, None), bsize=width, comm=layout.comm
         )
-        self._table.array[:] = table.ravel()
-
-    def look_up(self, rows: Array) -> Array:
-        """Fetch the table's rows of any ranks, (n, 2 + 2 d). Collective."""
-        return values_at(self._table, rows)
-
-    def destroy(self) -> None:
-        """Free the table. Collective."""
-        self._table.destroy()
+        self.table.array[:] = table.ravel()
 
 
 def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> Any:
@@ -130,14 +122,15 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
     rule, d = RULES[mass], nodes.d
     weights: dict[int, tuple[Array, Indices]] = {}
     left = nodes.chosen
-    reach = _selection(layout, nodes.rows[left, 0])
+    own = nodes.rows[left, 0]
+    reach = in_own_rows(layout, own, own, np.ones(len(own)))
     for _ in range(MOST_LAYERS):
         wider = reach.matMult(M)
         reach.destroy()
         reach = wider
         missing = []
         offsets, columns, _ = reach.getValuesCSR()
-        known = nodes.look_up(columns)
+        known = values_at(nodes.table, columns)
         for node in left:
             row = nodes.rows[node, 0] - layout.begin
             mine = known[offsets[row] : offsets[row + 1]]
@@ -156,7 +149,7 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
         if layout.comm.allreduce(len(left)) == 0:
             break
     reach.destroy()
-    nodes.destroy()
+    nodes.table.destroy()
     raise_everywhere(layout.comm, _fault(nodes, left, mass), SetUpError)
     return _matrix(layout, nodes.rows, weights)
 
@@ -174,28 +167,17 @@ def _fault(nodes: _Nodes, left: Indices, mass: str) -> str | None:
     )
 
 
-def _selection(layout: CoupledRows, rows: Indices) -> PETSc.Mat:
-    """Make a matrix with ones on the diagonal of chosen owned rows."""
-    return in_own_rows(layout, rows, rows, np.ones(len(rows)))
-
-
 def _matrix(
     layout: CoupledRows, rows: Array, weights: dict[int, tuple[Array, Indices]]
 ) -> PETSc.Mat:
     """Make Q from the weights of massless nodes by the rows of others."""
-    own = np.arange(layout.begin, layout.begin + layout.size)
-    replaced = np.zeros(layout.size, dtype=bool)
-    found_rows, columns, values = [], [], []
-    for node, (share, others) in weights.items():
-        for row, column in zip(rows[node], others.T):
-            replaced[row - layout.begin] = True
-            found_rows.append(np.full(len(share), row))
-            columns.append(column)
-            values.append(share)
-    found_rows.append(own[~replaced])
-    columns.append(own[~replaced])
-    values.append(np.ones(np.count_nonzero(~replaced)))
-    return in_own_rows(layout, *joined(list(zip(found_rows, columns, values))))
+    parts = [
+        (np.full(len(share), row), column, share)
+        for node, (share, others) in weights.items()
+        for row, column in zip(rows[node], others.T)
+    ]
+    kept = np.setdiff1d(layout.begin + np.arange(layout.size), rows[list(weights)])
+    return in_own_rows(layout, *joined([*parts, (kept, kept, np.ones(len(kept)))]))
 
 
 def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
@@ -203,7 +185,7 @@ def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
 
     Collective.
     """
-    rows, columns, values = [], [], []
+    parts = []
     for k, form in enumerate(forms):
         if form is None:
             continue
@@ -212,7 +194,6 @@ def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
         offsets, found, entries = K.getValuesCSR()
         K.destroy()
         first = layout.begin + layout.unknowns.owned_starts[k]
-        rows.append(first + np.repeat(np.arange(len(offsets) - 1), np.diff(offsets)))
-        columns.append(layout.coupled_columns(found, k))
-        values.append(entries)
-    return in_own_rows(layout, *joined(list(zip(rows, columns, values))))
+        rows = first + np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+        parts.append((rows, layout.coupled_columns(found, k), entries))
+    return in_own_rows(layout, *joined(parts))

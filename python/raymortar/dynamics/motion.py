@@ -13,6 +13,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array, Indices, Mask
+from ..discretization.ranks import destroy
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
 from .inertia import Inertia, owned_values
@@ -133,8 +134,7 @@ class Motion:
         ksp = _conjugate_gradients(A)
         ksp.solve(b, x)
         found, reason = x.array_r[:n].copy(), ksp.getConvergedReason()
-        for thing in (ksp, A, x, b):
-            thing.destroy()
+        destroy(ksp, A, x, b)
         text = "the initial accelerations have not been found: is some mass negative?"
         raise_everywhere(comm, text if reason < 0 else None, ConvergenceError)
         self.set(self.acceleration, self.inertia.smooth(found))
@@ -232,14 +232,7 @@ def _conjugate_gradients(A: PETSc.Mat) -> PETSc.KSP:
 class Rest:
     """Finds where the forms hold values without mass, by one Newton iteration.
 
-    Of linear bodies it is exact. Collective.
-
-    Parameters
-    ----------
-    problem
-        Problem whose matrices have room for the tangent.
-    volume
-        Forms of the problem without inertia.
+    Of linear bodies it is exact. The volume is that without inertia. Collective.
     """
 
     def __init__(self, problem: CoupledProblem, volume: Any) -> None:
@@ -263,8 +256,7 @@ class Rest:
         ksp.solve(b, x)
         if ksp.getConvergedReason() > 0:  # else the forms have no balance near here
             found[rows] = x.array_r
-        for thing in (x, b):
-            thing.destroy()
+        destroy(x, b)
         return found
 
     def _factors(self, chosen: Mask, rows: Indices) -> Any:
@@ -279,8 +271,100 @@ class Rest:
         own = PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=comm)
         part = self._K.createSubMatrix(own, own)
         own.destroy()
-        if self._ksp is not None:
-            self._ksp.destroy()
+        destroy(self._ksp)
         self._chosen, self._ksp = chosen.copy(), _conjugate_gradients(part)
         part.destroy()  # the solver keeps it
         return self._ksp
+
+
+_PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
+_OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
+
+class MovingVolume:
+    """Residual and tangent of a problem's forms and of inertia. Collective.
+
+    It answers what `Volume` answers, and asks that for the forms.
+
+    Attributes
+    ----------
+    is_linear
+        Whether all of the tangent is kept.
+    tangent
+        Sum of the kept tangent and of inertia between free unknowns.
+    """
+
+    def __init__(self, problem: CoupledProblem, motion: Motion) -> None:
+        self._problem: Any = problem
+        self._motion, self.given = motion, self._problem.volume
+        self.L, self.a, self.updated = self.given.L, self.given.a, self.given.updated
+        self.has_several, self.is_linear = self.given.has_several, self.given.is_linear
+        self.tangent: Any = None
+        self._of: tuple[Any, ...] = ()
+        self.revision = 0
+        problem.make_room_for(motion.inertia.matrix)
+
+    @contextmanager
+    def acting(self) -> Iterator[None]:
+        """Put inertia into the problem."""
+        self._problem.volume = self
+        try:
+            yield
+        finally:
+            self._problem.volume = self.given
+
+    @property
+    def kept(self) -> Any:
+        """The keeper of a linear tangent: this object, or None."""
+        return self if self.is_linear else None
+
+    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
+        """Replace the forms in the displacement's test function by L and a."""
+        return self.given.with_form_of_u(L, a)
+
+    def forces(self, bcs: Sequence[Any]) -> Array:
+        """Residual at the present state, with inertia where the step was solved.
+        Collective."""
+        found = self.given.forces(bcs)
+        found += self._motion.inertia_now()
+        return found
+
+    @property
+    def inertia_terms(self) -> Array | None:
+        """Force of inertia that a unit of each owned unknown of the forms takes, (n,)."""
+        return self._motion.unit_forces
+
+    def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
+        """Residual of the owned unknowns, with the effect of prescribed increments if
+        they are given. Collective."""
+        unknowns = self._problem.contact.unknowns
+        values = unknowns.owned_values()
+        if increment is not None:
+            values += unknowns.owned_part(increment)
+        found = self.given.residual(bcs, increment)
+        found += self._motion.forces(values)
+        return found
+
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """Add the tangent, with ones for constrained unknowns. Collective."""
+        fixed = self._problem.contact.unknowns.owned_prescribed(bcs)
+        M = self._motion.inertia.between_free(fixed)
+        factor = self._motion.equation.factor
+        if not self.is_linear:
+            A.axpy(factor, M, _PART)
+            self.given.add_tangent(A, bcs)
+            return
+        self._add_up(M, factor, fixed)
+        A.axpy(1.0, self.tangent, _PART)
+
+    def _add_up(self, M: PETSc.Mat, factor: float, fixed: Mask) -> None:
+        """Add inertia to the kept tangent, unless nothing has changed."""
+        kept = self.given.kept
+        kept.renew(fixed)
+        of = kept.revision, self._motion.inertia.revision, factor
+        if of == self._of:
+            return
+        destroy(self.tangent)
+        self._of, self.tangent = of, kept.tangent.copy()
+        self.tangent.axpy(factor, M, _OTHER)
+        self.revision += 1

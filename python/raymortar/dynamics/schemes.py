@@ -125,7 +125,7 @@ class Midpoint(Options):
 
 
 def velocity_in_step(
-    scheme: Newmark | Midpoint | GeneralizedAlpha, dt: float, v: Array, a: Array
+    scheme: Scheme, dt: float, v: Array, a: Array
 ) -> tuple[float, Array]:
     """Find factor and start of the velocity factor (q - q_n) + start of unknowns q for
     which a step is solved, from velocities v and accelerations a at its begin
@@ -137,10 +137,7 @@ def velocity_in_step(
 
 
 def end_of_step(
-    scheme: Newmark | Midpoint | GeneralizedAlpha,
-    dt: float,
-    begun: tuple[Array, Array, Array],
-    q: Array,
+    scheme: Scheme, dt: float, begun: tuple[Array, Array, Array], q: Array
 ) -> tuple[Array, Array, Array]:
     """Find values, velocities and accelerations at the end of a step that is solved for
     q, from those at its begin [theory (6.7), (6.9)]."""

@@ -32,9 +32,8 @@ from ..paths.progress import LoadStep, Progress
 from ..paths.strategies import Strategies
 from .account import Account, Energy
 from .inertia import Inertia
-from .motion import End, Motion
+from .motion import End, Motion, MovingVolume
 from .moving_bodies import MovingBodies
-from .moving_volume import MovingVolume
 from .schemes import SCHEMES, GeneralizedAlpha, Midpoint, Scheme
 from .time_path import Adaptive, AdaptiveSizes, TimePath
 

@@ -15,6 +15,10 @@ from ..discretization.joined import Displacement, parts_of
 from ..discretization.reference_facets import shape_functions
 from .zone_data import ZoneData
 
+# Shares of the work of friction, by the time, that slave and target take
+Heat = tuple[float, float]
+NO_HEAT = 0.0, 0.0
+
 
 @dataclass
 class FieldSide:
@@ -131,29 +135,19 @@ class FieldOnZone:
         """Arguments of the law at the points with a hit, by name."""
         return _cpp.flux_points(self.zone.cpp, fields)
 
-    def residual(
-        self, fields: Any, q: Array, slave_heat: float, target_heat: float
-    ) -> tuple[Any, ...]:
+    def residual(self, fields: Any, q: Array, heat: Heat = NO_HEAT) -> tuple[Any, ...]:
         """Rows and values of the residual, given the flux and the shares of the work of
         friction that both sides take, by the time."""
-        return _cpp.flux_residual(self.zone.cpp, fields, q, slave_heat, target_heat)
+        return _cpp.flux_residual(self.zone.cpp, fields, q, *heat)
 
     def tangent(
-        self,
-        fields: Any,
-        q: Array,
-        slave_heat: float,
-        target_heat: float,
-        slopes: Array,
-        along: Array,
+        self, fields: Any, q: Array, heat: Heat, slopes: Array, along: Array
     ) -> tuple[Any, ...]:
         """Rows, columns and values of the tangent, given the flux's derivatives too."""
         if not self.moves:
             number = self.points(fields)["point"]
             return self.fixed_tangent(self.fixed_points(number, "weight"), slopes)
-        return _cpp.flux_tangent(
-            self.zone.cpp, fields, q, slave_heat, target_heat, slopes, along
-        )
+        return _cpp.flux_tangent(self.zone.cpp, fields, q, *heat, slopes, along)
 
     # Points that stay
 
@@ -233,12 +227,14 @@ class TiedField(FieldOnZone):
         found |= {"slave": fields[0], "target": fields[1], "weight": at.weight}
         return found | dict.fromkeys(("pressure", "gap", "slip", "work"), none)
 
-    def residual(self, fields: Any, q: Array, *heat: float) -> tuple[Any, ...]:
+    def residual(self, fields: Any, q: Array, heat: Heat = NO_HEAT) -> tuple[Any, ...]:
         """Rows and values, see `_cpp.flux_residual`."""
         at = self.fixed
         values = (at.weight * q)[:, None] * at.jump
         return self.rows_at(at).ravel(), values.ravel()
 
-    def tangent(self, fields: Any, q: Array, *others: Any) -> tuple[Any, ...]:
+    def tangent(
+        self, fields: Any, q: Array, heat: Heat, slopes: Array, along: Array
+    ) -> tuple[Any, ...]:
         """Rows, columns and values, see `_cpp.flux_tangent`."""
-        return self.fixed_tangent(self.fixed, others[2])
+        return self.fixed_tangent(self.fixed, slopes)

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.fem import Function
 
@@ -111,14 +109,11 @@ class Offsets:
         count, parts = 1 if facets.bodies else 2, parts_of(self._surfaces.u)
         there = min(largest(comm, side) for side in zone.thickness[:count])
         if there < overlap:
-            sides = (facets.slave_part, facets.slave), (
-                facets.master_part,
-                facets.master,
-            )
-            cells = [Cells(parts[k].function_space.mesh) for k, _ in sides[:count]]
+            on = (facets.slave_part, facets.master_part)[:count]
+            cells = [Cells(parts[k].function_space.mesh) for k in on]
             there = min(
                 largest(comm, thickness_behind(of, side, 2.0 * overlap))
-                for of, (_, side) in zip(cells, sides)
+                for of, side in zip(cells, (facets.slave, facets.master))
             )
         if overlap <= there * (1.0 + _ROUNDING):
             return None
@@ -216,7 +211,7 @@ class Augmentation:
         return float(change)
 
 
-def augmented(parts: Sequence[Any], comm: MPI.Comm) -> float:
+def augmented(parts: Sequence[Any]) -> float:
     """Augment contacts with an exact penalty; 0 if all gaps are closed. Collective.
 
     Returns the largest change of a gap over the size of facets.

@@ -46,6 +46,8 @@ class NodeStatus(IntEnum):
     """In contact, and slips; without friction every node in contact."""
 
 
+# Takes the arrays over the points of a zone
+OfPoints = Callable[[dict[str, Array]], Any]
 # Plain numbers; from CLOSED on a point is in contact
 OPEN, CLOSED = int(PointStatus.OPEN), int(PointStatus.STICK)
 
@@ -106,7 +108,7 @@ def places(zone: ZoneData, points: dict[str, Array], mesh: Mesh) -> dict[str, Ar
 
 def nodal_average(
     zones: Sequence[ZoneData],
-    quantity: Callable[[dict[str, Array]], Any],
+    quantity: OfPoints,
     field: Function,
     hits_only: bool = True,
 ) -> None:

@@ -150,13 +150,8 @@ class PresentState:
         self._is_sent = True
 
     def end_update(self, is_accepted: bool) -> None:
-        """Find what depends on the new pairs. Collective.
-
-        Parameters
-        ----------
-        is_accepted
-            Whether the displacement of all ranks is that of the accepted step.
-        """
+        """Find what depends on the new pairs, given whether the displacement of all
+        ranks is that of the accepted step. Collective."""
         if self._surfaces.tied is not None:
             return
         if self._point_friction is not None:
@@ -169,13 +164,8 @@ class PresentState:
                 warn_of_straight_facets(self._surfaces)
 
     def pair_tie(self, partial: bool) -> None:
-        """Pair the undeformed surfaces of a tie.
-
-        Parameters
-        ----------
-        partial
-            Whether slave nodes may have no master.
-        """
+        """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
+        `partial`."""
         for zone in self._zones:
             with together(self._comm):
                 zone.cpp.pair()

@@ -16,7 +16,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from ..compat import Array, Indices
 from ..discretization.checks import warn_of_plane_form
 from ..discretization.layout import CoupledRows
-from ..discretization.ranks import ends_of
+from ..discretization.ranks import destroy, ends_of
 from ..discretization.unknowns import Unknowns
 
 # The bulk modulus counts up to that of Poisson's ratio 0.3, where Lame's constants have
@@ -101,8 +101,7 @@ class VolumePattern:
     def destroy(self) -> None:
         """Free the matrices; what was read off them stays. Collective."""
         self.stiffness = []
-        for K in self._matrices:
-            K.destroy()
+        destroy(*self._matrices)
         self._matrices = []
 
 
@@ -203,8 +202,7 @@ def product(A: PETSc.Mat, values: Array, transposed: bool = False) -> Array:
     x.array[: len(values)] = values
     (A.multTranspose if transposed else A.mult)(x, y)
     found: Array = y.array.copy()
-    x.destroy()
-    y.destroy()
+    destroy(x, y)
     return found
 
 

@@ -6,7 +6,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, basix_element
 from ..discretization.ranks import largest, of_all
 from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface
@@ -15,12 +15,6 @@ from .contact_surfaces import ContactSurfaces
 from .point_results import OPEN
 from .zone_data import on_sides
 
-# Corners of each edge of a facet; of an interval its two ends
-EDGES = {
-    "interval": [[0], [1]],
-    "triangle": [[0, 1], [1, 2], [0, 2]],
-    "quadrilateral": [[0, 1], [1, 3], [2, 3], [0, 2]],
-}
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
 # Largest error of straight facets, as a share of the overlap or clearance. It is about
@@ -43,7 +37,8 @@ def largest_sagitta(surface: Surface, comm: MPI.Comm) -> float:
     """
     m = middle_normals(surface.shape, surface.node_degree, surface.nodes)
     size = np.linalg.norm(m, axis=1, keepdims=True) ** (1.0 / (surface.gdim - 1))
-    edges = np.array(EDGES[surface.shape])
+    # Corners of each edge; of an interval its two ends
+    edges = np.array(basix_element(surface.shape, 1).facet_vertices)
     keys = np.sort(surface.node_ids[surface.facet_nodes[:, edges]], axis=2)
     data = np.hstack([units(m), size]).repeat(len(edges), axis=0)
     # Facets beside each other may be on two ranks

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..compat import Array, Indices, Mask
 from ..discretization.bodies import Bodies
-from ..discretization.ranks import of_all
+from ..discretization.ranks import destroy, of_all
 from ..discretization.surfaces import Surface, vector_areas
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, raise_everywhere
@@ -245,5 +245,4 @@ class _Factors:
 
     def destroy(self) -> None:
         """Free PETSc's objects. Collective."""
-        for thing in (self._ksp, self._x, self._b, self._A):
-            thing.destroy()
+        destroy(self._ksp, self._x, self._b, self._A)

@@ -183,25 +183,12 @@ def beyond_differences(
     rounding: Any,
     vertical: Any = False,
 ) -> tuple[int, float] | None:
-    """Find the derivative that lies farthest beyond both one-sided differences.
+    """Find which of the derivatives (n,) lies farthest beyond both one-sided differences.
 
-    At a kink any value between both is right.
-
-    Parameters
-    ----------
-    found
-        The derivatives, (n,).
-    places, values
-        Arguments and values below, at and above each point, (n,) each.
-    rounding
-        Error that differences have.
-    vertical
-        Points whose differences depend on their step.
-
-    Returns
-    -------
-    tuple or None
-        Number of the point, and its upper difference; None if all are right.
+    At a kink any value between both is right. Arguments and values are those below, at
+    and above each point, (n,) each. Differences have rounding errors; those at vertical
+    points depend on their step. Returns the number of the point and its upper
+    difference; None if all are right.
     """
     (low, z, high), (q_low, q, q_high) = places, values
     above = (q_high - q) / (high - z)

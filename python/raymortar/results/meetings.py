@@ -10,7 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
+from ..compat import Array
 from ..discretization.folded import Part
 from ..interface.pairs import PairTable
 from ..interface.point_results import CLOSED
@@ -99,21 +99,17 @@ def meetings(zones: Sequence[ZoneData], pairs: PairTable) -> list[Meeting]:
     found = []
     for i, zone in enumerate(zones):
         points = zone.points()
-        closed = points["status"] >= CLOSED
         if zone.facets.meets_itself:
             names, (own, met) = names_of(zones, pairs, i), zone.parts_of(points)
-            tables = _tables(
-                points, closed, own, met, (len(names), len(names)), zone.comm
-            )
+            tables = _tables(zone, points, own, met, (len(names), len(names)))
             # Either may be the slave
             counts, areas = (np.triu(t) + np.tril(t, -1).T for t in tables)
             for a, b in zip(*np.nonzero(counts)):
                 force = mutual(zone, [int(a)], [int(b)])
                 found.append(_met(names[a], names[b], counts[a, b], areas[a, b], force))
             continue
-        own, met = np.zeros(len(closed), np.int32), zone.masters_of(points)
-        shape = (1, len(zone.facets.master_tags))
-        count, area = _tables(points, closed, own, met, shape, zone.comm)
+        met, shape = zone.masters_of(points), (1, len(zone.facets.master_tags))
+        count, area = _tables(zone, points, np.zeros_like(met), met, shape)
         for b in np.flatnonzero(count[0]):
             pair = pairs.pairs[pairs.of_surface(i, zone.facets.master_tags)[b]]
             one = str(pair.slave_name or pair.slave)
@@ -128,17 +124,12 @@ def _met(one: str, other: str, count: float, area: float, force: Resultant) -> M
 
 
 def _tables(
-    points: Mapping[str, Array],
-    closed: Mask,
-    own: Any,
-    met: Any,
-    shape: tuple[int, int],
-    comm: MPI.Comm,
-) -> tuple[Array, Array]:
+    zone: ZoneData, points: Mapping[str, Array], own: Any, met: Any, shape: Any
+) -> Array:
     """Points in contact and their area, by part and by what they hit. Collective."""
-    tables = np.zeros((2, *shape))
+    tables, closed = np.zeros((2, *shape)), points["status"] >= CLOSED
     at = own[closed], met[closed]
     np.add.at(tables[0], at, 1.0)
     np.add.at(tables[1], at, points["weight"][closed])
-    comm.Allreduce(MPI.IN_PLACE, tables)
-    return tables[0], tables[1]
+    zone.comm.Allreduce(MPI.IN_PLACE, tables)
+    return tables

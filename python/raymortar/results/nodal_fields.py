@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -14,7 +14,7 @@ from ..compat import Array
 from ..errors import ContactError, raise_everywhere, together
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import OPEN, set_at_nodes, tractions
+from ..interface.point_results import OPEN, OfPoints, set_at_nodes, tractions
 from ..interface.present import PresentState
 from ..options.friction import Law
 
@@ -38,7 +38,7 @@ class NodalFields:
     def _average(
         self,
         name: str,
-        quantity: Callable[[dict[str, Array]], Any],
+        quantity: OfPoints,
         vector: bool = False,
         elsewhere: float = 0.0,
         hits_only: bool = True,
@@ -58,7 +58,7 @@ class NodalFields:
     def _of_law(
         self,
         name: str,
-        quantity: Callable[[dict[str, Array]], Any],
+        quantity: OfPoints,
         vector: bool = False,
     ) -> Function:
         """Take what a law gives: one at nodes these values, others means of points."""

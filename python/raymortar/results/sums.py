@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -17,6 +17,7 @@ from ..discretization.reference_facets import dot
 from ..interface.point_results import (
     CLOSED,
     OPEN,
+    OfPoints,
     along_normal,
     largest_pressure,
     pressures,
@@ -24,8 +25,6 @@ from ..interface.point_results import (
 )
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
-
-Density = Callable[[dict[str, Array]], Array]
 
 
 @dataclass(frozen=True)
@@ -319,7 +318,7 @@ def work_on_gaps(zones: Sequence[ZoneData]) -> float:
     return _integral(zones, density)
 
 
-def _integral(zones: Sequence[ZoneData], density: Density) -> float:
+def _integral(zones: Sequence[ZoneData], density: OfPoints) -> float:
     """Integrate over the slave surfaces of all ranks. Collective."""
     all_points = [zone.points() for zone in zones]
     mine = sum(float(points["weight"] @ density(points)) for points in all_points)

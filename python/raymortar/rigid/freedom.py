@@ -75,13 +75,8 @@ class Freedom:
         self.is_turn = np.array([turns for _, turns in found.values()], dtype=bool)
         self.stiffness = _resistance("stiffness", stiffness, names, self.is_turn)
         self.damping = _resistance("damping", damping, names, self.is_turn)
-        self.cpp = _cpp.RigidBody(
-            centre,
-            self.axis.tolist(),
-            self.is_turn.tolist(),
-            self.stiffness.tolist(),
-            self.damping.tolist(),
-        )
+        of_unknowns = self.axis, self.is_turn, self.stiffness, self.damping
+        self.cpp = _cpp.RigidBody(centre, *(one.tolist() for one in of_unknowns))
         self._lever: float | None = None
         self.velocity, self.acceleration, self.static = np.zeros((3, len(names)))
         self.moments, self.spins = np.zeros((2, 3)), False

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -12,7 +11,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..errors import ContactWarning, warn
+from ..errors import warn
 from ..problem import CoupledProblem
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
@@ -239,13 +238,12 @@ class SolverWithFallback(InnerSolvers):
             self.stalls += 1
             last = self.stalls == MOST_STALLS
             until = "from here on" if last else "for this system"
-            warnings.warn(  # on every rank
+            warn(  # on every rank
                 f"the iterative linear solver has stalled after "
                 f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
                 f"{self.krylov.getConvergedReason()}): the direct one takes over "
                 f"{until}",
-                ContactWarning,
-                stacklevel=1,
+                1,
             )
             self.krylov.reset()
         self._solve_directly(ksp, b, x)

@@ -16,6 +16,7 @@ from scipy.sparse.linalg import LinearOperator, gmres, splu
 from ..compat import Array, Indices, Mask
 from ..discretization.bodies import find_bodies
 from ..discretization.joined import Places, unrolled
+from ..discretization.ranks import destroy
 from ..errors import ContactError
 from .levels import NOTHING, rigid_motions
 
@@ -115,14 +116,12 @@ class Compliance:
             self._factors.matSolve(forces, found)
             columns = np.ascontiguousarray(found.getDenseArray()[self.rows].T)
             self._columns.update(zip(some.tolist(), columns))
-            for matrix in (forces, unit, found):
-                matrix.destroy()
+            destroy(forces, unit, found)
         return np.reshape([self._columns[k][at] for k in at.tolist()], 2 * (len(at),)).T
 
     def destroy(self) -> None:
         """Free what belongs to it."""
-        for thing in (self._factors, self._ksp, self._K, self._x, self._b):
-            thing.destroy()
+        destroy(self._factors, self._ksp, self._K, self._x, self._b)
 
 
 def is_symmetric(K: PETSc.Mat) -> bool:
@@ -133,8 +132,7 @@ def is_symmetric(K: PETSc.Mat) -> bool:
     diagonal.array[:] = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
     scaled.diagonalScale(diagonal, diagonal)
     found: bool = scaled.isSymmetric(1e-12)
-    scaled.destroy()
-    diagonal.destroy()
+    destroy(scaled, diagonal)
     return found
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..discretization.joined import Places
+from ..discretization.ranks import destroy
 from ..errors import ContactError
 from ..interface.probing import product
 from ..system.condensation import ELIMINATED, Eliminated, scale
@@ -151,16 +152,13 @@ class CondensedPreconditioner:
             rest.axpy(-1.0, lacking)
             self.law.solve(rest, lacking)
             self._hats.multAdd(lacking, y, y)
-            for vector in (rest, lacking):
-                vector.destroy()
-        for vector in (right, found):
-            vector.destroy()
+            destroy(rest, lacking)
+        destroy(right, found)
 
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the tangent, as the next one may have another pattern. Collective."""
         for name, thing in vars(self).items():
-            if thing is not None:
-                thing.destroy()
+            destroy(thing)
             setattr(self, name, None)
 
     def destroy(self, pc: PETSc.PC) -> None:
@@ -188,8 +186,7 @@ def _add_diagonal(matrix: PETSc.Mat, values: Array) -> None:
     diagonal.setDiagonal(found)
     diagonal.assemble()
     matrix.axpy(1.0, diagonal, _OTHER)
-    found.destroy()
-    diagonal.destroy()
+    destroy(found, diagonal)
 
 
 class NodeFrames:
@@ -219,18 +216,13 @@ class NodeFrames:
         count = (sizes < DETERMINED).sum(axis=1)
         for k in range(m + 1):
             at = np.flatnonzero(count == k)
-            self._take(at, m - k, left[at], sizes[at], right[at], answers[at])
+            self._take(at, m - k, (left[at], sizes[at], right[at]), answers[at])
 
     def _take(
-        self,
-        at: Places,
-        f: int,
-        left: Array,
-        sizes: Array,
-        right: Array,
-        answers: Array,
+        self, at: Places, f: int, shares: tuple[Array, Array, Array], answers: Array
     ) -> None:
-        """Take nodes with f rows of forces."""
+        """Take nodes with f rows of forces, by the singular values of their shares."""
+        left, sizes, right = shares
         rows = _t(left)
         law = rows[:, f:]
         forces = _t(right[:, :f]) @ (rows[:, :f] / sizes[:, :f, None])
@@ -238,10 +230,8 @@ class NodeFrames:
         k = law.shape[1]
         order = np.argsort(-(by_law[:, :k] ** 2).sum(axis=1), axis=1, kind="stable")
         axes = np.empty_like(left)
-        for own, place in (
-            (by_law[:, :k], order[:, :k]),
-            (by_law[:, k:], order[:, k:]),
-        ):
+        for part in (slice(k), slice(k, None)):
+            own, place = by_law[:, part], order[:, part]
             near = np.take_along_axis(_t(own), place[:, :, None], axis=1)
             np.put_along_axis(axes, place[:, :, None], _rotation(near) @ own, axis=1)
         found = axes @ forces

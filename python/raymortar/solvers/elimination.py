@@ -12,7 +12,7 @@ import numpy as np
 from .. import compat
 from ..compat import Array
 from ..discretization.joined import Places, unrolled
-from ..discretization.ranks import marked_everywhere
+from ..discretization.ranks import destroy, marked_everywhere
 from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
@@ -162,8 +162,7 @@ class BodiesPreconditioner(KnowsProblem):
         BEC = self._B.matMult(EC)
         # In place of K, which is as large as the tangent
         K.axpy(-1.0, BEC, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
-        for matrix in (EC, BEC):
-            matrix.destroy()
+        destroy(EC, BEC)
         return K
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
@@ -197,8 +196,7 @@ class BodiesPreconditioner(KnowsProblem):
         rest.aypx(-1.0, x)
         self._cycle(rest, further)
         y.axpy(1.0, further)
-        for vector in (rest, further, near, right):
-            vector.destroy()
+        destroy(rest, further, near, right)
 
     def _cycle(self, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Eliminate, solve and substitute; 0 for free bodies. Collective."""
@@ -218,16 +216,14 @@ class BodiesPreconditioner(KnowsProblem):
             rest.axpy(-1.0, lam)
             self._inverse.mult(rest, lam)
             y.array[n : n + lam.local_size] = lam.array_r
-            rest.destroy()
-            lam.destroy()
+            destroy(rest, lam)
         y.array[:n] = u.array_r
 
     def reset(self, pc: PETSc.PC) -> None:
         """Forget the operators, as the next ones may have another pattern. Collective."""
         self._destroy("solver", "_B", "_C", "_inverse", "_right", "_solution")
         self._destroy("_near_contact")
-        for matrix in self._coarse:
-            matrix.destroy()
+        destroy(*self._coarse)
         self._coarse = []
 
     def destroy(self, pc: PETSc.PC) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from ..discretization.joined import unrolled
+from ..discretization.ranks import destroy
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .levels import sides
 from .petsc_objects import DIRECT, InnerSolvers, nested
@@ -153,8 +154,7 @@ class KeptFactorsSolver(InnerSolvers):
             if not left > rounding:
                 break
         exact = bool(left <= max(EXACT * b.norm(), rounding))
-        rest.destroy()
-        product.destroy()
+        destroy(rest, product)
         if not exact:
             self._inexact += 1
             self._system = None

@@ -14,7 +14,7 @@ from .. import compat
 from ..compat import Array, Mask
 from ..diagnose.lost_contact import rigid_motions as motions_at
 from ..discretization.joined import unrolled
-from ..discretization.ranks import marked_everywhere
+from ..discretization.ranks import destroy, marked_everywhere
 from ..problem import CoupledProblem
 from .petsc_objects import PetscOptions
 
@@ -62,8 +62,7 @@ class BodiesLevels:
             ksp.setUp()
         levels = range(pc.getMGLevels() - 1, 0, -1)
         self.interpolations += [pc.getMGInterpolation(k) for k in levels]
-        for thing in (ksp, near, K):
-            thing.destroy()
+        destroy(ksp, near, K)
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """Find S and its products with the interpolations, finest first. Collective."""
@@ -75,8 +74,7 @@ class BodiesLevels:
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""
-        for P in self.interpolations:
-            P.destroy()
+        destroy(*self.interpolations)
 
 
 def _product(S: PETSc.Mat, P: PETSc.Mat, rows: Mask | None = None) -> PETSc.Mat:
@@ -181,8 +179,7 @@ def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:
 
 def sides(contact: Any) -> list[Any]:
     """List the slave and master surfaces of all zones."""
-    facets = [zone.facets for zone in contact.zones]
-    return [side for one in facets for side in (one.slave_surface, one.master_surface)]
+    return [side for zone in contact.zones for side in zone.sides]
 
 
 def rigid_motions(V: Any) -> list[Array]:

@@ -11,6 +11,7 @@ from typing import Any
 from petsc4py import PETSc
 
 from .. import compat
+from ..discretization.ranks import destroy
 from ..errors import ContactError, warn
 from ..system.coupled import ROOM
 
@@ -129,11 +130,9 @@ class KnowsProblem:
         self.row_scale = row_scale
 
     def _destroy(self, *names: str) -> None:
-        """Free PETSc objects at once, as petsc4py keeps dropped ones for a while."""
+        """Free and forget PETSc objects."""
         for name in names:
-            thing = getattr(self, name)
-            if thing is not None:
-                thing.destroy()
+            destroy(getattr(self, name))
             setattr(self, name, None)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import inspect
 import sys
-import warnings
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
@@ -19,14 +18,8 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..diagnose.outcome import require_convergence
-from ..errors import (
-    ContactError,
-    ContactWarning,
-    raise_everywhere,
-    require_agreement,
-    together,
-    warn,
-)
+from ..discretization.ranks import destroy
+from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
@@ -162,18 +155,16 @@ class CoupledSolver(ABC):
         The loop takes the vector of unknowns and n others, and returns its iterations
         and why they failed, None if they converged.
         """
-        contacts, comm = self.problem.contact, self.problem.comm
         iterations, change = self._iterate_once(iterate, n), 0.0
         for _ in range(MOST_AUGMENTATIONS):
-            change = augmented(contacts.parts, comm)
+            change = augmented(self.problem.contact.parts)
             if not change:
                 return iterations
             iterations += self._iterate_once(iterate, n)
-        warnings.warn(
+        warn(
             f"an exact penalty has changed gaps by {change:.1e} of a facet in the last "
             f"of {MOST_AUGMENTATIONS} solves: a larger gamma converges faster",
-            ContactWarning,
-            stacklevel=3,
+            3,
         )
         return iterations
 
@@ -189,8 +180,7 @@ class CoupledSolver(ABC):
             with self.options:
                 iterations, reason = iterate(*vectors)
         finally:
-            for vector in vectors:
-                vector.destroy()
+            destroy(*vectors)
             if reason is not None:
                 renew(self.krylov_solver, self.A)
         if iterations > 0:

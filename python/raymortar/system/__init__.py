@@ -1,7 +1,7 @@
 """Contact's share of PETSc matrices and vectors.
 
-- coupled: what a problem asks of contact
+- coupled: what a problem asks of contact, and whether the matrix fits into memory
 - assembly: one contact's share
-- volume, split: the user's forms, and what of them is linear
-- memory: whether the matrix fits
+- volume: the user's forms, and what of them is linear
+- fluxes, flux_part, tool_part: fluxes and ties of fields
 """

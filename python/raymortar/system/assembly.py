@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array, Mask
-from ..errors import ContactError, ContactWarning, is_real_number, together
+from ..errors import ContactError, is_real_number, together, warn
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
@@ -234,10 +233,9 @@ class ContactAssembly:
             raise ContactError(text)
         if has_multiplier and not surfaces.tied:
             if not DOUBTFUL[0] <= ratio <= DOUBTFUL[1]:
-                warnings.warn(
+                warn(
                     f"{text}, as Newton's method may fail with it",
-                    ContactWarning,
-                    stacklevel=4,
+                    4,
                 )
 
     def use_volume(self, volume: VolumePattern) -> None:
@@ -245,11 +243,6 @@ class ContactAssembly:
         if volume is not self.volume:
             self.volume = volume
             self._forget_prescribed()
-
-    def note_room(self, extended: bool) -> None:
-        """Count a preallocation, and whether patterns have been extended for it."""
-        self.preallocations += 1
-        self.extensions += extended
 
     # Assembly
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ..compat import Array, Mask
 from ..discretization.layout import Layout
-from ..discretization.ranks import marked_everywhere
+from ..discretization.ranks import destroy, marked_everywhere
 from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..errors import SetUpError, raise_everywhere
 from ..interface.probing import product
@@ -49,8 +49,7 @@ def scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
     of_rows.array[:] = 1.0 if left is None else left
     of_columns.array[:] = 1.0 if right is None else right
     matrix.diagonalScale(of_rows, of_columns)
-    of_rows.destroy()
-    of_columns.destroy()
+    destroy(of_rows, of_columns)
 
 
 @dataclass
@@ -270,8 +269,7 @@ class Condensation:
         of_u, of_lam = self._parts(A, (1,))[0], self._parts(A, (3,))[0]
         change = self.multipliers(b[: self.n])
         whole = b + np.concatenate([product(of_u, change), product(of_lam, change)])
-        of_u.destroy()
-        of_lam.destroy()
+        destroy(of_u, of_lam)
         return self.residual(whole)
 
     def tangent(self, A: PETSc.Mat) -> tuple[PETSc.Mat, Eliminated]:
@@ -293,8 +291,7 @@ class Condensation:
             rows.destroy()
         through = ul.matMult(change)
         uu.axpy(1.0, through, _OTHER)
-        for matrix in (ul, lu, ll, change, law, through):
-            matrix.destroy()
+        destroy(ul, lu, ll, change, law, through)
         return uu, eliminated
 
     def _eliminated(self, forces: PETSc.Mat, law: PETSc.Mat) -> Eliminated:
@@ -321,6 +318,5 @@ class Condensation:
             PETSc.IS().createStride(end - middle, middle, 1, comm=self._comm),
         ]
         found = [A.createSubMatrix(sets[k // 2], sets[k % 2]) for k in which]
-        for one in sets:
-            one.destroy()
+        destroy(*sets)
         return found

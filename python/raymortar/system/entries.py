@@ -14,6 +14,7 @@ from scipy.sparse import block_diag, bsr_matrix, coo_array, csr_matrix
 from ..compat import Array
 from ..discretization.joined import Places
 from ..discretization.layout import CoupledRows
+from ..discretization.ranks import destroy
 
 Entries = tuple[Any, Any, Array]
 
@@ -118,6 +119,5 @@ def values_at(vector: PETSc.Vec, rows: Any) -> Array:
     scatter = PETSc.Scatter().create(vector, at, here, None)
     scatter.scatter(vector, here)
     found: Array = here.array_r.reshape(-1, width)[back.ravel()].copy()
-    for thing in (scatter, here, at):
-        thing.destroy()
+    destroy(scatter, here, at)
     return found

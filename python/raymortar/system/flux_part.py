@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,10 +15,9 @@ from ..compat import Array
 from ..convergence.balance import EPS
 from ..discretization.joined import Displacement
 from ..discretization.layout import CoupledRows
-from ..discretization.own_unknowns import find_fields
-from ..discretization.slave_fields import FLUX_FIELD, on_facets
+from ..discretization.slave_fields import FLUX_FIELD, find_fields, on_facets
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactWarning, SetUpError, raise_everywhere, together
+from ..errors import SetUpError, raise_everywhere, together, warn
 from ..interface.flux_sides import FieldOnZone, TiedField
 from ..interface.friction_at_points import along_facets, further
 from ..interface.zone_data import ZoneData
@@ -35,6 +33,8 @@ class FluxPoints:
 
     Attributes
     ----------
+    side, fields
+        The zone with its field, and the present values.
     found
         Arrays by name, see `_cpp.flux_points`.
     at
@@ -43,6 +43,8 @@ class FluxPoints:
         Further arguments by name.
     """
 
+    side: FieldOnZone
+    fields: Any
     found: dict[str, Array]
     at: Array
     given: dict[str, Any]
@@ -117,7 +119,7 @@ class FluxPart:
             + [found["slip"] / dt]
         )
         given = self._given(side.zone, found["facet"], found["xi"])
-        return FluxPoints(found, at, given)
+        return FluxPoints(side, fields, found, at, given)
 
     def _given(self, zone: ZoneData, facet: Any, xi: Array) -> dict[str, Any]:
         """Further arguments of the law at places on slave facets."""
@@ -127,11 +129,11 @@ class FluxPart:
         nodal = [on_facets(FLUX_FIELD, one, zone.facets, comm) for one in fields]
         return further(zone, facet, xi, self.contact.present.dt, nodal, wanted)
 
-    def _along(self, zone: ZoneData, points: FluxPoints) -> Array:
+    def _along(self, points: FluxPoints) -> Array:
         """Differentiate the flux along the facets at unchanged arguments, (n, d - 1)."""
         if not self._law.arguments - {"dt"}:
             return np.empty(0)
-        facet, law = points.found["facet"], self._law
+        zone, facet, law = points.side.zone, points.found["facet"], self._law
         return along_facets(
             lambda xi: law.values(points.at, self._given(zone, facet, xi)),
             points.found["xi"],
@@ -153,8 +155,8 @@ class FluxPart:
                 side.tool = value
         return [side.present() for side in self.sides]
 
-    def _evaluated(self, check: bool = False) -> list[Any]:
-        """Sides of zones with their present fields, points and fluxes. Collective."""
+    def _evaluated(self, check: bool = False) -> list[tuple[FluxPoints, Array]]:
+        """Points of the zones, with the present fluxes. Collective."""
         values = self._present()
         if check:
             self._check(values)
@@ -162,8 +164,7 @@ class FluxPart:
         with together(self._comm):
             for side, fields in zip(self.sides, values):
                 points = self._points(side, fields)
-                q = self._law.values(points.at, points.given)
-                found.append((side, fields, points, q))
+                found.append((points, self._law.values(points.at, points.given)))
         return found
 
     def _into_tools(self, side: FieldOnZone) -> bool:
@@ -173,10 +174,11 @@ class FluxPart:
     def residual(self) -> tuple[Any, Any]:
         """Rows and values of the residual, of this rank's points. Collective."""
         found = []
-        for side, fields, _, q in self._evaluated(check=True):
-            found.append(side.residual(fields, q, *self._heat_rates))
+        for points, q in self._evaluated(check=True):
+            side, fields = points.side, points.fields
+            found.append(side.residual(fields, q, self._heat_rates))
             if self._into_tools(side):
-                _, of_slave = side.residual(fields, q, *self._opposite_rates)
+                _, of_slave = side.residual(fields, q, self._opposite_rates)
                 found.append(self._of_tool(-of_slave.sum()))
         return joined(found)
 
@@ -192,18 +194,18 @@ class FluxPart:
         return (np.array([self.tool.row]), *(np.array([one]) for one in sums))
 
     def _tangent_of_tools(
-        self, side: FieldOnZone, fields: Any, q: Array, slopes: Array, along: Array
+        self, points: FluxPoints, q: Array, slopes: Array, along: Array
     ) -> list[Any]:
         """Entries in the row and in the column of the tools: columns of the rows of the
         slave, added up, and what the slave's rows vary with the tools."""
         assert self.tool is not None
-        row = self.tool.row
+        row, side, fields = self.tool.row, points.side, points.fields
         _, columns, values = side.tangent(
-            fields, q, *self._opposite_rates, slopes, along
+            fields, q, self._opposite_rates, slopes, along
         )
         columns, at = np.unique(columns, return_inverse=True)
         sums = -np.bincount(at.ravel(), values, len(columns))
-        rows, by_tool = side.residual(fields, slopes[:, 1].copy(), 0.0, 0.0)
+        rows, by_tool = side.residual(fields, slopes[:, 1].copy())
         own = np.array([row])
         return [
             (np.full(len(columns), row), columns, sums),
@@ -218,29 +220,22 @@ class FluxPart:
         dt, entries, sizes = self.contact.present.dt, [], []
         evaluated = self._evaluated(check=True)
         with together(self._comm):
-            for side, fields, points, q in evaluated:
+            for points, q in evaluated:
                 slopes = self._law.slopes(points.at, points.given)
-                sizes.append(self._sizes(side, fields, points, q, slopes, largest))
-                if self._into_tools(side):
+                sizes.append(self._sizes(points, q, slopes, largest))
+                of_tools = self._into_tools(points.side)
+                if of_tools:
                     sizes.append(self._of_tool(*(one.sum() for one in sizes[-1][1:])))
                 slopes[:, 4] /= dt
-                along = self._along(side.zone, points)
-                if self._into_tools(side):
-                    more = self._tangent_of_tools(side, fields, q, slopes, along)
-                    entries.extend(more)
-                entries.append(
-                    side.tangent(fields, q, *self._heat_rates, slopes, along)
-                )
+                along = self._along(points)
+                if of_tools:
+                    entries += self._tangent_of_tools(points, q, slopes, along)
+                of = points.fields, q, self._heat_rates, slopes, along
+                entries.append(points.side.tangent(*of))
         return joined(entries), joined(sizes)
 
     def _sizes(
-        self,
-        side: FieldOnZone,
-        fields: Any,
-        points: FluxPoints,
-        q: Array,
-        slopes: Array,
-        largest: float,
+        self, points: FluxPoints, q: Array, slopes: Array, largest: float
     ) -> tuple[Any, Any, Any]:
         """Rows of the field, sizes of terms and rounding errors of a zone's points."""
         at, dt = np.abs(points.at), self.contact.present.dt
@@ -248,8 +243,8 @@ class FluxPart:
         heat = points.found["pressure"] * largest / dt
         terms = np.abs(q) + np.abs(points.found["work"]) / dt
         errors = EPS * (np.einsum("qk,kq->q", np.abs(slopes), at) + heat)
-        rows, first = side.residual(fields, terms, 0.0, 0.0)
-        _, second = side.residual(fields, errors, 0.0, 0.0)
+        rows, first = points.side.residual(points.fields, terms)
+        _, second = points.side.residual(points.fields, errors)
         return rows, np.abs(first), np.abs(second)
 
     def _check(self, values: Sequence[Any]) -> None:
@@ -269,12 +264,11 @@ class FluxPart:
                     uphill = self._law.flows_uphill(points.at, points.given)
         raise_everywhere(self._comm, fault, SetUpError)
         if self._comm.allreduce(int(uphill)):
-            warnings.warn(
+            warn(
                 f"Flux.law lets {self.name} flow from where it is low to where it is "
                 "high, with closed contact and no slip: q is the flux from the slave to "
                 "the master, positive where T_s > T_m",
-                ContactWarning,
-                stacklevel=2,
+                2,
             )
         self._is_checked = self._comm.allreduce(count) > 0
 
@@ -283,7 +277,7 @@ class FluxPart:
     def rates(self) -> tuple[float, float, float]:
         """Sum up the flux and the heat that both sides take from friction. Collective."""
         sums = np.zeros(2)
-        for *_, points, q in self._evaluated():
+        for points, q in self._evaluated():
             weight = points.found["weight"]
             sums += [weight @ q, weight @ points.found["work"]]
         through, work = self._comm.allreduce(sums)
@@ -292,7 +286,7 @@ class FluxPart:
 
     def points(self, number: int) -> dict[str, Array]:
         """Arrays over this rank's points with a hit of a zone. Collective."""
-        *_, points, q = self._evaluated()[number]
+        points, q = self._evaluated()[number]
         slave, master = self._heat_rates
         found = points.found
         return {

@@ -2,23 +2,220 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import numpy.typing as npt
+from dolfinx.fem import Function
 
-from .. import _cpp
-from ..compat import Array
-from ..convergence.balance import Groups
+from .. import _cpp, compat
+from ..compat import Array, Indices, Mask
+from ..convergence.balance import EPS, Groups
 from ..discretization.layout import CoupledRows
-from ..discretization.unknowns import Lacking
-from .entries import add_entries, joined, values_at
-from .field_tie import TiePart
+from ..discretization.ranks import destroy
+from ..discretization.slave_fields import find_fields
+from ..discretization.unknowns import Lacking, Unknowns
+from ..errors import SetUpError, raise_everywhere, together
+from ..interface.flux_sides import TiedField
+from ..interface.probing import product
+from .entries import Entries, add_entries, assembled, joined, values_at
 from .flux_part import FluxPart
 from .tool_part import ToolPart
+
+
+class TiePart:
+    """One tie of a field: its rows and those of its multiplier. Collective.
+
+    Multipliers are divided by `scale` among the unknowns, and so are their rows
+    multiplied: both are then like those of the field, and the matrix is symmetric
+    [theory (7.6)].
+
+    Attributes
+    ----------
+    functions
+        Unknowns that the tie brings: the multiplier.
+    scale
+        Scale of the multiplier: the field's rows per area and unit of the field.
+    stiffness
+        Stiffness of the field at a slave node, and about of the multiplier's rows.
+    """
+
+    def __init__(
+        self, sides: Sequence[TiedField], multiplier: Function, table: Indices
+    ) -> None:
+        self.sides, self.functions = list(sides), [multiplier]
+        self.scale, self.stiffness = 1.0, 0.0
+        self.is_solved_for = False
+        self._comm: MPI.Comm = multiplier.function_space.mesh.comm
+        ends = np.cumsum([len(side.slave.table) for side in self.sides])
+        self._tables = np.split(table, ends[:-1])
+        self._held: list[Mask] = []
+        self._K: PETSc.Mat | None = None
+        self._sizes: PETSc.Mat | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the field, for messages."""
+        return ", ".join(dict.fromkeys(side.slave.of.given.name for side in self.sides))
+
+    def solve_for(
+        self, unknowns: Unknowns, layout: CoupledRows, moves: bool = True
+    ) -> None:
+        """Take the rows of the field and of the multiplier. Collective."""
+        self._unknowns, self._layout = unknowns, layout
+        with together(self._comm):
+            for side in self.sides:
+                find_fields([side.slave.of, side.master.of], unknowns, "FieldTie")
+        for side in self.sides:
+            side.set_rows(layout.rows, unknowns.starts)
+        (f,) = self.functions
+        at = next(k for k, g in enumerate(unknowns.functions) if g is f)
+        block = compat.element_info(f.function_space).block_size
+        rows = layout.rows[unknowns.starts[at] : unknowns.starts[at + 1]]
+        self._rows = [rows.reshape(-1, block)[table] for table in self._tables]
+        self._K, self.is_solved_for = None, True
+
+    @property
+    def field_rows(self) -> Any:
+        """Rows of the field on both sides, of this rank's facets."""
+        found = [(side.slave_rows, side.own_master_rows) for side in self.sides]
+        return np.concatenate([rows for pair in found for rows in pair])
+
+    def choose_scale(self, stiffness: Callable[[Any], Array]) -> None:
+        """Take a scale from the sums of the absolute entries of rows. Collective."""
+        sums = np.zeros(2)
+        for side in self.sides:
+            sums[0] += stiffness(side.slave_rows).sum()
+            sums[1] += side.fixed.weight.sum() * side.slave.width
+        stiff, area = self._comm.allreduce(sums)
+        self.scale = float(stiff / area) if stiff > 0.0 else 1.0
+        count = self._comm.allreduce(sum(len(side.slave_rows) for side in self.sides))
+        self.stiffness, self._K = float(stiff / count), None
+
+    def rows(self, of_zone: Callable[[Any], int]) -> list[Any]:
+        """Return no rows: `pattern` has all entries."""
+        return []
+
+    def prepare(self, look_up: Callable[[Any], Array]) -> None:
+        """Make the matrix anew where other unknowns are prescribed. Collective."""
+        held = [
+            look_up(side.slave_rows).reshape(rows.shape) > 0.0
+            for side, rows in zip(self.sides, self._rows)
+        ]
+        same = self._K is not None and all(map(np.array_equal, held, self._held))
+        if self._comm.allreduce(int(not same)) == 0:
+            return
+        self._held = held
+        free = sum(int(np.count_nonzero(~one)) for one in held)
+        message = None
+        if self._comm.allreduce(free) == 0:
+            message = (
+                f"the field {self.name} is prescribed on all slave nodes of a FieldTie, "
+                "which leaves nothing to tie: swap slave and master"
+            )
+        raise_everywhere(self._comm, message, SetUpError)
+        self._make()
+
+    def _make(self) -> None:
+        """Assemble the matrix and that of its absolute entries."""
+        destroy(self._K, self._sizes)
+        rows, columns, values = self._entries()
+        self._K, self._sizes = (
+            assembled(self._comm, self._layout.size, rows, columns, one)
+            for one in (values, np.abs(values))
+        )
+
+    def _entries(self) -> Any:
+        """Entries of the points and facets that are here. Collective."""
+        found = [
+            entries
+            for number, side in enumerate(self.sides)
+            for entries in (*self._of_points(number, side), self._of_held(number, side))
+        ]
+        return joined(found)
+
+    def _of_points(self, number: int, side: TiedField) -> list[Entries]:
+        """The jump in rows of the multiplier, the flux in those of the field."""
+        fixed, lam = side.fixed, self._rows[number]
+        block = lam.shape[-1]
+        of_lam = lam[fixed.facet][:, :, None]  # (points, nodes, 1, components)
+        all_rows = side.rows_at(fixed)
+        points, width = all_rows.shape  # a rank may have no points
+        of_field = all_rows.reshape(points, 1, width // block, block)
+        weight = self.scale * fixed.weight
+        each = np.einsum("q,qa,qb->qab", weight, fixed.N[0], fixed.jump)
+        shape = (*each.shape, block)
+        values = np.broadcast_to(each[..., None], shape).ravel()
+        rows, columns = (np.broadcast_to(one, shape) for one in (of_lam, of_field))
+        tests = np.broadcast_to(~self._held[number][fixed.facet][:, :, None], shape)
+        return [
+            (rows.ravel(), columns.ravel(), values * tests.ravel()),
+            (columns.ravel(), rows.ravel(), values),
+        ]
+
+    def _of_held(self, number: int, side: TiedField) -> Entries:
+        """Rows of multipliers where the field is prescribed: the mean of those next to
+        them, so that a uniform flux stays one."""
+        lam, fixed = self._rows[number], side.fixed
+        area = np.bincount(fixed.facet, fixed.weight, len(lam))
+        n = lam.shape[1]
+        mean = n * np.eye(n) - 1.0
+        held = self._held[number][:, :, None]
+        values = self.scale * (area[:, None, None] * mean)[..., None] * held
+        rows, columns = (
+            np.broadcast_to(one, values.shape).ravel()
+            for one in (lam[:, :, None], lam[:, None, :])
+        )
+        return rows, columns, values.ravel()
+
+    # Equations
+
+    def pattern(self) -> PETSc.Mat:
+        """Matrix with all entries that there may be. Collective."""
+        kept, self._held = self._held, [np.ones(r.shape, bool) for r in self._rows]
+        entries = self._entries()
+        self._held = kept
+        return assembled(self._comm, self._layout.size, *entries)
+
+    def residual(self) -> tuple[Any, Array]:
+        """Rows and values of the residual that are here. Collective."""
+        return self._own_rows, product(self._matrix, self._unknowns.owned_values())
+
+    @property
+    def _matrix(self) -> PETSc.Mat:
+        assert self._K is not None
+        return self._K
+
+    @property
+    def _own_rows(self) -> Any:
+        return self._layout.begin + np.arange(self._layout.size)
+
+    def tangent(self, largest: float) -> tuple[Entries, tuple[Any, Array, Array]]:
+        """Rows, columns and values of the matrix that are here; and rows, sizes of their
+        terms, and rounding errors. Collective."""
+        offsets, columns, values = self._matrix.getValuesCSR()
+        rows = np.repeat(self._own_rows, np.diff(offsets))
+        assert self._sizes is not None
+        terms = product(self._sizes, np.abs(self._unknowns.owned_values()))
+        sizes = self._own_rows, terms, EPS * terms
+        return (rows, columns.astype(np.int64), values), sizes
+
+    def rate(self) -> Array:
+        """Integrate the flux from the slaves to the masters, by component. Collective."""
+        (f,) = self.functions
+        block = compat.element_info(f.function_space).block_size
+        total = np.zeros(block)
+        for side, table in zip(self.sides, self._tables):
+            nodal = f.x.array.reshape(-1, block)[table][side.fixed.facet]
+            each = np.einsum("qa,qai->qi", side.fixed.N[0], nodal)
+            total += side.fixed.weight @ each
+        found: Array = self.scale * self._comm.allreduce(total)
+        return found
+
 
 Global = npt.NDArray[np.int64]
 Part = FluxPart | TiePart | ToolPart

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 from mpi4py import MPI
@@ -11,7 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array
-from ..errors import ContactWarning, ConvergenceError, SetUpError, format_point
+from ..errors import ConvergenceError, SetUpError, format_point, warn
 from ..interface.point_results import OPEN
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
@@ -231,7 +230,7 @@ class FreeBodies:
             raise SetUpError(text)
         if body not in self._told:
             self._told.add(body)
-            warnings.warn(text, ContactWarning, stacklevel=2)
+            warn(text, 2)
 
     def _loose_turns(self, body: Body) -> Array:
         """Turns that change no gap and that no spring resists, as orthonormal columns

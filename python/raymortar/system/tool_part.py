@@ -14,7 +14,7 @@ from dolfinx.fem import Function
 from ..compat import Array
 from ..convergence.balance import EPS
 from ..discretization.layout import CoupledRows
-from ..discretization.own_unknowns import single_number
+from ..discretization.slave_fields import single_number
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, is_real_number, require_agreement
 from ..interface.flux_sides import FieldOnZone

@@ -21,8 +21,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
-from raymortar.dynamics.motion import Motion
-from raymortar.dynamics.moving_volume import MovingVolume
+from raymortar.dynamics.motion import Motion, MovingVolume
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 
