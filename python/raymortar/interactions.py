@@ -264,7 +264,7 @@ def _fault(contacts: Sequence[Any]) -> str | None:
     """Why contacts cannot be in one problem, if so."""
     first = contacts[0]
     for i, contact in enumerate(contacts):
-        which = f"contact[{i}], of slave {contact.surfaces.tags},"
+        which = f"contact[{i}], of slave {contact.assembly.surfaces.tags},"
         if any(contact is other for other in contacts[:i]):
             return f"{which} is in the list twice"
         if not _same_displacement(first.unknowns, contact.unknowns):

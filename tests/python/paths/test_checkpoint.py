@@ -118,7 +118,7 @@ def test_it_knows_all_that_a_state_has():
     known = "u u_old multiplier traction_old unknowns old_motions freedoms slip smooth"
     known += " augmentation"
     known += " corrections"  # nothing at an accepted step
-    known += " exchanged"  # said with the law of the multiplier
+    known += " exchanged"  # a part of the law
     assert {field.name for field in fields(ContactState)} == set(known.split())
 
 
