@@ -71,8 +71,9 @@ def loose_stack(fine=1, degree=1, gap=0.02, steps=4):
     )
 
 
-def free_disc(size=0.8, steps=10):
-    """A disc under its weight above a rigid line, on which it could roll."""
+def free_disc(size=0.8, steps=10, walls=False):
+    """A disc under its weight above a rigid line, on which it could roll until, if there
+    are walls, these grip it in the second half of the path."""
 
     def draw(occ):
         disc = occ.addDisk(0, RADIUS + FALL, 0, RADIUS, RADIUS)
@@ -85,11 +86,15 @@ def free_disc(size=0.8, steps=10):
     stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(10.0, 0.3))
     density = weight / (np.pi * RADIUS**2)
     form = (ufl.inner(stress, ufl.grad(v)) + density * v[1]) * ufl.dx
-    floor = raymortar.rigid.Line((0.0, 0.0), (0.0, 1.0))
+    floor, beside = rigid.Body(rigid.Line((0.0, 0.0), (0.0, 1.0))), 1.1 * RADIUS
+    sides = [
+        rigid.Body(rigid.Line((side * beside, 0.0), (-side, 0.0)))
+        for side in (-1.0, 1.0) * walls
+    ]
     contact = raymortar.Contact(
         u,
         mesh.facet_tags,
-        [("rim", floor)],
+        [("rim", one) for one in (floor, *sides)],
         friction=raymortar.Coulomb(0.3),
         names=mesh.names,
     )
@@ -98,12 +103,14 @@ def free_disc(size=0.8, steps=10):
 
     def apply(t):
         weight.value = WEIGHT * t
+        for wall, way in zip(sides, (1.0, -1.0)):
+            wall.move((way * 0.3 * RADIUS * max(t - 0.5, 0.0), 0.0))
 
     def middle():
         """Displacement near the middle, and the force of the floor."""
         near = np.hypot(*x.T)
         mine = near.min(), tuple(u.x.array.reshape(-1, 2)[near.argmin()])
-        return np.array(min(COMM.allgather(mine))[1]), contact.resultant().force
+        return np.array(min(COMM.allgather(mine))[1]), contact.resultant(0).force
 
     return Path(problem, apply, steps, middle)
 

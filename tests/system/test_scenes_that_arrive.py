@@ -58,8 +58,10 @@ def test_a_loose_stack_is_caught_once(fine, degree):
     assert np.abs(path.result()[:, 0]).max() <= 1e-8
 
 
+@pytest.mark.mpi
 def test_a_free_disc_stays_where_it_lands():
-    """Nothing but rounding drives its roll: it is held there, and named."""
+    """Nothing but rounding drives its roll: it is held there, and named. Then it costs no
+    more than a body on supports; before, it took 218 tangents and rolled by 0.34."""
     pytest.importorskip("gmsh")
     path = free_disc(size := 0.8)
     with warnings.catch_warnings(record=True) as caught:
@@ -69,9 +71,22 @@ def test_a_free_disc_stays_where_it_lands():
     assert any("may move along x and turn: nothing resists that" in t for t in told)
     assert taken.arrived and taken.halvings == 0 and path.problem.solves <= 80
     assert sum(step.solves for step in taken.steps[1:]) <= 3 * 9
+    assert taken.tangents <= 80 and taken.ways == {"viscous forces": 1, "full": 9}
     at, force = path.result()
-    assert abs(at[0]) <= 0.5 * size and -0.2 * RADIUS < at[1] < -FALL
+    assert abs(at[0]) <= 0.05 * size and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
+
+
+def test_a_held_disc_is_let_go_where_walls_grip_it():
+    """What resists its roll takes the place of the forces that held it."""
+    pytest.importorskip("gmsh")
+    path = free_disc(walls=True)
+    history, shares = raymortar.History(path.problem), "viscous_share"
+    taken = take(path, stabilize=True, history=history)
+    assert taken.arrived and 0.0 < history[shares][1] <= 1e-3
+    assert history[shares][-1] == 0.0 and taken.tangents <= 80
+    _, force = path.result()
+    assert force[1] > 0.0
 
 
 def test_a_disc_that_touches_and_may_roll_is_caught_in_its_first_step():

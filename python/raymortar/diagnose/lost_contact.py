@@ -156,7 +156,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
     The residual has been evaluated. A controlled displacement, given by the weights of
     the owned dofs of u, counts as prescribed.
     """
-    modes = _rigid_motions(problem.contact)
+    modes = rigid_motions(places(problem.contact))
     grip = _grip(problem, modes, problem.constrained)
     if problem.contact.axisymmetric:  # hoops hold all but the way along the axis
         grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
@@ -198,15 +198,15 @@ def _by_body(problem: CoupledProblem, values: Array) -> Array:
     return np.array(sums, dtype=float)
 
 
-def _rigid_motions(contact: Interaction) -> Array:
-    """Find translations and turns at the owned dofs of u, (motions, dofs), turns about
-    the middle of the meshes, over their size. Collective."""
+def places(contact: Interaction, x: Array | None = None) -> Array:
+    """Find points, or the owned nodes of u, from the middle of the meshes, over their
+    size, (points, d). Collective."""
     V = contact.u.function_space
     dim, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
-    x = V.tabulate_dof_coordinates()[:owned, :dim]
-    ends = ends_of(x, contact.layout.comm)
+    nodes = V.tabulate_dof_coordinates()[:owned, :dim]
+    ends = ends_of(nodes, contact.layout.comm)
     size = np.linalg.norm(np.ptp(ends, axis=0))
-    return rigid_motions((x - ends.mean(axis=0)) / size)
+    return np.asarray(((nodes if x is None else x) - ends.mean(axis=0)) / size)
 
 
 def rigid_motions(x: Array) -> Array:
@@ -219,15 +219,23 @@ def rigid_motions(x: Array) -> Array:
     return modes.reshape(len(modes), -1)
 
 
+def rigid_part(
+    problem: CoupledProblem, body: int, change: Array
+) -> tuple[Array, Array, Array]:
+    """Find the rigid part of a body's motion, the products of its rigid motions with
+    each other, and those with the change of the owned dofs of u. Collective."""
+    modes = rigid_motions(places(problem.contact))
+    grip = _grip(problem, modes, np.ones(len(change), dtype=bool))[:, :, body]
+    push = problem.comm.allreduce(_by_body(problem, modes * change))[:, body]
+    return np.linalg.lstsq(grip, push, rcond=None)[0], grip, push
+
+
 def motion_in_words(problem: CoupledProblem, body: int, change: Array) -> str:
     """Name the rigid part of a body's motion, from the change of the owned dofs of u.
     Collective."""
-    modes = _rigid_motions(problem.contact)
     dim = problem.contact.u.function_space.dofmap.index_map_bs
-    grip = _grip(problem, modes, np.ones(len(change), dtype=bool))[:, :, body]
-    push = problem.comm.allreduce(_by_body(problem, modes * change))[:, body]
-    nodes, mixed = grip[0, 0], grip[dim:, :dim]
-    turn = np.linalg.lstsq(grip, push, rcond=None)[0][dim:]
+    motion, grip, push = rigid_part(problem, body, change)
+    nodes, mixed, turn = grip[0, 0], grip[dim:, :dim], motion[dim:]
     # Turns about the body's own middle
     spin = turn @ (grip[dim:, dim:] - mixed @ mixed.T / nodes) @ turn
     straight, spin = np.abs(push[:dim]) / nodes, np.sqrt(max(spin, 0.0) / nodes)

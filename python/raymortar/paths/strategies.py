@@ -178,7 +178,7 @@ class Strategies:
         convergence = self.solver.problem.convergence
         convergence.patient = not (self._automatic or self._asked_for)
         try:
-            iterations = self._held(now)
+            iterations = self._held(now, last, ratio)
             if iterations is None:
                 iterations = self._as_last(now)
             if iterations is None:
@@ -202,10 +202,18 @@ class Strategies:
         finally:
             convergence.patient = True
 
-    def _held(self, now: State) -> int | None:
+    def _held(self, now: State, last: State | None, ratio: float) -> int | None:
         """Solve under viscous forces if they are asked for or hold a body that nothing
         else does; return None if they are not, or fail without being asked for."""
         forces, plain = self._asked_for, partial(iterations_of, self.solver)
+        holding = forces or self._viscous
+        if holding is not None and holding.holds:
+            with self._more_iterations():
+                solve = partial(self._as_given, now, last, ratio)
+                iterations = holding.hold_on(solve, plain)
+            if iterations is not None:
+                return iterations
+            self.restore(now)
         if forces is not None:
             iterations = None if forces.is_needed() else forces.pass_by(plain)
             self.used = FULL
@@ -254,14 +262,16 @@ class Strategies:
                 return iterations
         return None
 
-    def _others(self) -> Iterator[tuple[str, Callable[[], int]]]:
+    def _others(self) -> Iterator[tuple[str, Callable[[], int | None]]]:
         """Yield the other ways by name (docs/measured/robustness_paths.md)."""
+        viscous, plain = self._viscous, partial(iterations_of, self.solver)
+        if viscous is not None and viscous.has_caught:
+            yield VISCOUS, partial(viscous.hold, plain)
         if self._find_soft_start():
             yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
-        if self._viscous is not None and self._viscous.is_of_use():
-            plain = partial(iterations_of, self.solver)
-            yield VISCOUS, partial(self._viscous.solve, plain)
+        if viscous is not None and viscous.is_of_use():
+            yield VISCOUS, partial(viscous.solve, plain)
 
     def _find_soft_start(self) -> bool:
         """Find a soft start for the plain solver, once, at a state of the path; return
@@ -295,18 +305,22 @@ class Strategies:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
         return solve_by_small_gamma(self._searching or self.solver, self._given)
 
-    def _attempt(self, name: str, solve: Callable[[], int], now: State) -> int | None:
+    def _attempt(
+        self, name: str, solve: Callable[[], int | None], now: State
+    ) -> int | None:
         """Solve in another way from the present state; return None if it fails."""
         kept = len(self._given)
         try:
             iterations = solve()
-            self.released = self._released(name, now)
+            if iterations is not None:
+                self.released = self._released(name, now)
         except FAILURES as failure:
             self._give_back(kept)
             if isinstance(failure, SetUpError):
                 raise
             return None
-        self.used = name
+        if iterations is not None:
+            self.used = name
         return iterations
 
     def _released(self, name: str, now: State) -> float:
