@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 from mpi4py import MPI
 
@@ -31,6 +31,8 @@ FAR = 10.0
 # Cosine between a master's normal and the way to the slave nearest to it, below which the
 # slave is behind the master, and not beside its edge
 BEHIND = -0.5
+# Most of the equally near nodes whose ways are looked at; relative error of a place
+WAYS, ROUNDING = 50, 1e-9
 
 
 class MastersOnPath:
@@ -99,8 +101,10 @@ def warn_of_passed_masters(contact: Interaction) -> None:
     MastersOnPath(contact).look()
     for zone in contact.zones:
         if not zone.facets.bodies and _is_open(zone):
-            place, distance, is_behind = _nearest(zone, contact.u.x.array)
-            if is_behind and not _nearest(zone, contact.u_old)[2]:
+            place, distance, is_behind = _nearest(
+                zone, contact.u.x.array, contact.u_old
+            )
+            if is_behind:
                 zone.met.add(0)  # told once
                 text = _text_of_facets(zone, place, distance, True, "so far")
                 warn(text, 5)
@@ -111,13 +115,16 @@ def _is_open(zone: ZoneData) -> bool:
     return not (zone.met or zone.tied or zone.facets.meets_itself)
 
 
-def _nearest(zone: ZoneData, u: Array) -> tuple[Array, float, bool]:
+def _nearest(
+    zone: ZoneData, u: Array, before: Array | None = None
+) -> tuple[Array, float, bool]:
     """Find the corner of a slave facet that is nearest to one of its masters.
     Collective.
 
     Returns
     -------
-    Its place, its distance, and whether it is behind the master.
+    Its place, its distance, and whether it is behind the master; with a displacement
+    before, only if its way from there has crossed the master.
     """
     slave, master = (_corners(side, u) for side in zone.sides)
     d = slave.shape[1] // 2
@@ -129,7 +136,34 @@ def _nearest(zone: ZoneData, u: Array) -> tuple[Array, float, bool]:
     height = np.einsum("nd,nd->n", x - other[:, :d], other[:, d:])
     (found,) = of_all(zone.comm, np.column_stack([height, x]))
     lowest, *place = min(found.tolist())
-    return np.array(place), float(distance), bool(lowest < BEHIND * distance)
+    is_behind = bool(lowest < BEHIND * distance)
+    if is_behind and before is not None:
+        corners = len(facet_nodes(zone.sides[1].shape, 1))
+        facets = masters[:, :d].reshape(-1, corners, d)
+        ways = _corners(zone.sides[0], before)[close, :d], x
+        few = slice(None, None, 1 + len(close) // WAYS)
+        crossed = any(_is_crossed(facets, *way) for way in zip(*(x[few] for x in ways)))
+        is_behind = zone.comm.allreduce(crossed, op=MPI.LOR)
+    return np.array(place), float(distance), is_behind
+
+
+def _is_crossed(facets: Array, begin: Array, end: Array) -> bool:
+    """Whether a straight way crosses one of the facets, (n, corners, d)."""
+    d = len(begin)
+    chosen = list(combinations(range(facets.shape[1]), d))
+    simplices = facets[:, chosen].reshape(-1, d, d)
+    first = simplices[:, 0]
+    spans = np.concatenate(
+        [simplices[:, 1:] - first[:, None], np.full((len(first), 1, d), begin - end)],
+        axis=1,
+    )
+    sizes = np.linalg.norm(spans, axis=2).prod(axis=1)
+    met = np.abs(np.linalg.det(spans)) > ROUNDING * sizes  # not along the facet
+    shares = np.linalg.solve(
+        spans[met].transpose(0, 2, 1), (begin - first[met])[..., None]
+    )[..., 0]
+    inside = (shares > -ROUNDING).all(axis=1) & (shares[:, -1] < 1.0 + ROUNDING)
+    return bool((inside & (shares[:, :-1].sum(axis=1) < 1.0 + ROUNDING)).any())
 
 
 def _corners(side: Surface, u: Array) -> Array:

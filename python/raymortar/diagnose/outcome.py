@@ -21,8 +21,8 @@ from ..errors import (
 )
 from ..interactions import Interaction
 from ..interface.point_results import CLOSED, PointStatus
-from ..interface.slave_nodes import are_inside_flats
-from ..interface.stiffness import mean_facet_size
+from ..interface.slave_nodes import are_inside_flats, distance_ratio
+from ..interface.stiffness import mean_facet_size, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
@@ -54,6 +54,9 @@ TOO_FAR = (
 )
 # Tension of a node, of the largest pressure
 TENSION = 0.05
+# The other order of sides lessens it where the slave's nodes are closer than its master's
+# by this factor, and its modulus is more than this part of the master's
+FINER, NOT_SOFTER = 1.2, 0.7
 # Pressure that is rounding error, of gamma times the size of a facet
 NO_PRESSURE = 1e-10
 # Degrees by which a force may be turned without a word
@@ -173,7 +176,7 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
         if one.friction is None and one.multiplier is not None:
             for number, zone in enumerate(one.zones):
                 if not zone.is_pulled:
-                    yield from _tension(one, number, zone)
+                    yield from _tension(problem, one, number)
     yield from _tilts(contact)
     yield from _turns(contact)
 
@@ -233,8 +236,11 @@ def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     return f": {compared(one, now)}" if now is not None and is_soft else None
 
 
-def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]:
+def _tension(
+    problem: CoupledProblem, contact: Contact, number: int
+) -> Iterator[Finding]:
     """Compare the largest tension of a surface's nodes with its pressure. Collective."""
+    zone = contact.zones[number]
     comm, nodes = contact.layout.comm, zone.multiplier_nodes
     assert contact.multiplier is not None
     normal = contact.multiplier.x.array
@@ -261,7 +267,29 @@ def _tension(contact: Contact, number: int, zone: ZoneData) -> Iterator[Finding]
         f"converged with tension of {tension / pressure:.2g} of the largest pressure "
         f"between {', '.join(pairs)}, at the undeformed {place}: the multiplier swings "
         "about zero beside contact that few facets carry. Forces are right to the "
-        "square of the facets' size; refine the slave there if tractions count",
+        "square of the facets' size; ",
+        partial(_against_tension, problem, contact, number),
+    )
+
+
+def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> str:
+    """Say what lessens tension: the other order of sides where the slave is the finer one
+    and not the softer. Collective."""
+    surfaces, volume = contact.assembly.surfaces, contact.assembly.volume
+    zone = contact.zones[number]
+    side = "master" if zone.facets.is_exchanged else "slave"
+    refined = f"refine the {side} there if tractions count"
+    if zone.facets.bodies or zone.facets.is_exchanged or volume is None:
+        return refined
+    closer = distance_ratio(zone, surfaces)
+    stiffer = stiffness_ratios(volume, surfaces.interfaces, problem.bcs)[number].max()
+    if closer < FINER or stiffer < NOT_SOFTER:
+        return refined
+    own = [pair for pair in contact.pairs if pair.surface == number]
+    return (
+        f"pairs=[{', '.join(pair.in_other_order for pair in own)}] lessens that, as the "
+        f"slave has nodes {closer:.2g} times as close as its master's, and is "
+        f"{stiffer:.2g} times as stiff"
     )
 
 
@@ -289,7 +317,7 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
                 f"{swap}or round the slave's corner"
             )
             if zone.facets.is_exchanged:  # the other side is prescribed and finer
-                remedy = "round the master's corner"
+                remedy = "give the sides in the other order, with frame='master'"
             yield Finding(
                 ("tilt", number, k),
                 1.0,

@@ -13,6 +13,7 @@ from typing import Any, TypeAlias
 from mpi4py import MPI
 
 import numpy as np
+import ufl
 from dolfinx.fem import Function, FunctionSpace
 from scipy.spatial import cKDTree
 
@@ -61,8 +62,12 @@ FRICTION_BOUND = Quantity("friction bound", "must not be negative", lambda v: v 
 
 
 def is_field(value: Any) -> bool:
-    """Whether a value is given for every point: a Function or a callable."""
-    return isinstance(value, Function) or callable(value)
+    """Whether a value is given for every point: a Function or a callable.
+
+    Other terms of UFL, as a Constant, can be called too, but not with points.
+    """
+    is_term = isinstance(value, ufl.core.expr.Expr)
+    return isinstance(value, Function) or (callable(value) and not is_term)
 
 
 def check_number(quantity: Quantity, value: Any) -> None:
@@ -94,7 +99,7 @@ def check_field(quantity: Quantity, value: Any, mesh: Any = None) -> None:
     """Raise unless a value is a Function that fits, a callable or an allowed number."""
     if isinstance(value, Function):
         check_function(quantity, value, mesh)
-    elif not callable(value):
+    elif not is_field(value):
         check_number(quantity, value)
 
 

@@ -13,7 +13,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Mask
-from ..discretization.ranks import largest, marked_everywhere, sums_at
+from ..discretization.ranks import marked_everywhere, sums_at
 from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface, facet_lengths, vector_areas
 from ..errors import SetUpError, format_point, raise_everywhere, warn
@@ -264,7 +264,7 @@ def warn_of_finer_rigid_slaves(
 
 def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     """Distance of a master's nodes over that of the multiplier's, where they face each
-    other; without any hit, of the smallest over that of the largest facets. Collective.
+    other; without any hit, of all facets in the mean. Collective.
     """
     comm, (slave_side, master_side) = surfaces.comm, zone.sides
     slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
@@ -277,8 +277,9 @@ def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     comm.Allreduce(MPI.IN_PLACE, sums)
     if sums[1] > 0.0:
         return float(sums[0] / sums[1])
-    smallest = comm.allreduce(master.min(initial=np.inf), op=MPI.MIN)
-    return float(smallest / largest(comm, slave))
+    means = np.array([master.sum(), len(slave), slave.sum(), len(master)])
+    comm.Allreduce(MPI.IN_PLACE, means)
+    return float(means[:2].prod() / means[2:].prod())
 
 
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:

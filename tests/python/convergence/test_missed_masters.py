@@ -72,9 +72,15 @@ def test_beside_contact_only_a_slave_behind_its_master_is_told(side, count):
     assert len(told([CONTACT, (side, "lower_left")], -0.05)) == count
 
 
-@pytest.mark.parametrize("way, count", [(-6.3, 1), (-0.001, 0), (3.0, 0)])
-def test_a_solve_by_itself_tells_of_a_master_that_it_has_passed(way, count):
+@pytest.mark.parametrize(
+    "way, beside, count",
+    [(-6.3, 0.0, 1), (-0.001, 0.0, 0), (3.0, 0.0, 0), (-6.3, 1.2, 0)],
+)
+def test_a_solve_by_itself_tells_of_a_master_that_it_has_passed(way, beside, count):
+    """Not of one that it has passed by, beside it."""
     scene = two_blocks(COMM, 2, "quadrilateral", 3, 2, gap=4.5)
+    x = scene.mesh.geometry.x
+    x[x[:, 1] > 2.0, 0] += beside
     V = vector_space(scene.mesh, 1)
     u, top = fem.Function(V), fem.Constant(scene.mesh, np.zeros(2))
     bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]

@@ -7,15 +7,21 @@ import warnings
 import numpy as np
 import pytest
 from boxes import COMM
+from dolfinx import fem
+from problems import fix, residual
 from rigid_scenes import E, press
 
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
+    Contact,
     ContactWarning,
     Coulomb,
     LoadSteps,
+    NonlinearProblem,
     Penalty,
     SNESSolver,
+    compat,
     rigid,
 )
 
@@ -74,3 +80,45 @@ def test_tension_is_told_once_with_pair_share_and_place(cell, multiplier):
 def test_no_tension_is_told_where_none_is_wrong(method, friction, depth):
     scene, apply = indented("quadrilateral", 6, depth, method, friction=friction)
     assert told(scene, apply) == []
+
+
+@pytest.mark.mpi(where=lambda below, **_: below == 20)
+@pytest.mark.parametrize(
+    "below, above, stiffer, proposed",
+    [(20, 50, 1e3, True), (20, 50, 0.01, False), (18, 6, 1e3, False)],
+)
+def test_the_other_order_is_proposed_to_fine_slaves(below, above, stiffer, proposed):
+    """A round punch on a block: it is no better as the slave, finer and not softer."""
+    contact, found = pressed(("punch", "block"), below, above, stiffer)
+    ends = "pairs=[('block', 'punch')] lessens that, as the slave has nodes"
+    assert any(ends in one for one in found) is proposed, found
+    if proposed:
+        other, found = pressed(("block", "punch"), below, above, stiffer)
+        assert not any("lessens" in one for one in found)
+        assert share_of_tension(other) < 0.5 * share_of_tension(contact)
+
+
+def pressed(pair, below, above, stiffer):
+    """A punch that is led at its back, pressed on a block, and what is told of tension."""
+    sizes = dict.fromkeys(("lower_size", "upper_size"), (1.0, 1.0))
+    scene = two_blocks(COMM, 2, "quadrilateral", below, above, gap=1e-3, **sizes)
+    x = scene.mesh.geometry.x
+    bulge = 0.8 * (x[:, 0] - 0.5) ** 2 * (2.0 - x[:, 1])
+    x[:, 1] += np.where(x[:, 1] > 1.0, bulge, 0.0)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    form, *_ = residual(scene, u, E={"lower": 1.0, "upper": stiffer})
+    V, down = u.function_space, fem.Constant(scene.mesh, np.array((0.0, -0.02)))
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=down)]
+    names = {"punch": scene.tags["slave"], "block": scene.tags["master"]}
+    contact = Contact(u, scene.facet_tags, [pair], names=names)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        NonlinearProblem(form, contact, bcs).solve()
+    return contact, [str(w.message) for w in caught if "tension" in str(w.message)]
+
+
+def share_of_tension(contact):
+    """Largest tension of a node over the largest pressure."""
+    normal = contact.multiplier.x.array
+    ends = COMM.allgather((normal.max(initial=0.0), -normal.min(initial=0.0)))
+    return max(end[0] for end in ends) / max(end[1] for end in ends)

@@ -364,3 +364,19 @@ def test_going_back_takes_the_offset_that_is_set():
     contact.set_offset(-0.02)
     contact.restore(state)
     np.testing.assert_allclose(contact.points()["pressure"], before)
+
+
+def test_constants_of_ufl_are_refused_by_name():
+    """They can be called, but not with points: that took minutes."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 2, 2)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    value = fem.Constant(scene.mesh, 0.3)
+    pair = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, pair)
+    for give in (
+        lambda: Contact(u, scene.facet_tags, pair, offset=value),
+        lambda: contact.set_offset(value),
+        lambda: Coulomb(value),
+    ):
+        with pytest.raises(raymortar.ContactError, match="a Function or a callable"):
+            give()

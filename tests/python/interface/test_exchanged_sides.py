@@ -224,6 +224,16 @@ def test_a_checkpoint_goes_on(tmp_path):
     np.testing.assert_allclose(forces[1], forces[0], rtol=1e-8)
 
 
+def test_far_apart_the_mean_facets_decide():
+    """Not the smallest of a graded master."""
+    press = Press("quadrilateral", 4, 9, gap=0.5)
+    x = press.scene.mesh.geometry.x
+    below = x[:, 1] < 1.25
+    x[below, 0] **= 2  # from 0.06 to 0.44 long
+    problem = press.problem(press.contact(GIVEN))
+    assert problem.contact.pairs[0].is_exchanged
+
+
 @pytest.mark.mpi
 def test_one_of_several_contacts():
     """Each has its rows, and results are numbered as the user's."""
