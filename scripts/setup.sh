@@ -213,7 +213,7 @@ build() {
   stamp="$SOURCE ${RAYMORTAR_PYTHON:-}"$'\n'"$INVENTORY"
   if [[ ! -e $BUILD/stamp || $(<"$BUILD/stamp") != "${stamp%$'\n'}" ]]; then
     configure "$stamp"
-    note "Compiling, $jobs at a time, 5 to 12 minutes on two cores" \
+    note "Compiling, $jobs at a time, 3 to 10 minutes on two cores" \
       "(output: ${BUILD#"$SOURCE"/}/build.log)"
   fi
   tell_progress "$lock" &

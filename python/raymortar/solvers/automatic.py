@@ -171,7 +171,7 @@ def linear_options(
     Returns
     -------
     If the user gives any option of the linear solver, the options of the direct solver,
-    which those of the user complete. Otherwise options of the solver that suits the
+    which those of the user complete (of MUMPS only where there are factors to make). Otherwise options of the solver that suits the
     size.
     """
     table = PETSc.Options(prefix)
@@ -182,7 +182,10 @@ def linear_options(
     contact = problem.contact
     comm, unknowns = contact.layout.comm, contact.layout.size_global
     if comm.allreduce(int(given_by_options)):
-        return direct()
+        kind = (given or {}).get("pc_type", table.getString("pc_type", "lu"))
+        # MUMPS makes no factors of other kinds, such as ILU
+        named = DIRECT if kind in ("lu", "cholesky") else ("ksp_type", "pc_type")
+        return {name: DIRECT[name] for name in named}
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]

@@ -9,7 +9,7 @@ import pytest
 from pressed import Pressed
 from told import refuse_warnings
 
-from raymortar import ContactWarning, NewtonSolver, SNESSolver, solvers
+from raymortar import ContactWarning, NewtonSolver, Penalty, SNESSolver, solvers
 
 QUIET = f"ascii:{os.devnull}"
 
@@ -75,3 +75,11 @@ def test_options_that_the_command_line_replaces_are_not_told(name, count):
         pressed.problem.solve()
     table.delValue("snes_rtol")
     assert len(caught) == count
+
+
+def test_options_of_mumps_stay_with_its_factors():
+    """ILU is not one of them: PETSc refused it by the name of MUMPS."""
+    solver = SNESSolver(Pressed(Penalty(100.0)).problem, {"pc_type": "ilu"})
+    assert solver.krylov_solver.pc.getType() == "ilu"
+    options = solver.options.given
+    assert not [name for name in options if "mumps" in f"{name} {options[name]}"]
