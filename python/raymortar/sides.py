@@ -1,4 +1,5 @@
-"""What a contact makes of its sides, and their exchange where the slave is prescribed.
+"""All that a contact makes for its two sides, and their exchange where the slave is
+prescribed.
 
 A slave that is prescribed throughout, with finer facets than its free master, has more
 tractions than the master has displacements to tell them apart. Contact is then integrated
@@ -24,6 +25,7 @@ from .interactions import Interaction, Interactions
 from .interface.contact_surfaces import ContactSurfaces, Given, make_surfaces
 from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Offsets
+from .interface.pairs import in_other_order
 from .interface.present import PresentState
 from .interface.slave_nodes import CLOSE, distance_ratio, rigid_slaves
 from .interface.zone_data import ZoneData
@@ -86,8 +88,8 @@ class Sides(Interaction):
     def keep_sides(self) -> None:
         """Let slave and master stay what they are from here on.
 
-        Else a slave that is prescribed throughout and finer than its master changes sides
-        with it when a problem is made, for the solve but not for names of forces.
+        Without this call, a problem exchanges the two where all of the slave is prescribed
+        and finer than its master. Forces keep the names that the user gave.
         """
         self._are_kept = True
 
@@ -102,10 +104,10 @@ class Sides(Interaction):
         self.keep_sides()
         if self._surfaces.exchanged:
             raise ContactError(
-                f"{reader} is of the slave, and contact is solved as by pairs="
-                f"[{_in_other_order(self)}], since the slave is prescribed throughout and "
-                f"finer than its master: give the sides in this order, or {reader} before "
-                "the problem is made"
+                f"{reader} is of the slave, and contact is solved as by "
+                f"{in_other_order(p for p in self.pairs if p.is_exchanged)}, since the "
+                "slave is prescribed throughout and finer than its master: give the sides "
+                f"in this order, or {reader} before the problem is made"
             )
 
     @property
@@ -194,8 +196,3 @@ def _is_alone(zone: ZoneData, contact: Interaction) -> bool:
     is_shared = marked_everywhere(V, np.concatenate([mine[:0], *others]))[mine].any()
     one_master = len(zone.facets.master_tags) == 1
     return one_master and not zone.comm.allreduce(bool(is_shared), op=MPI.LOR)
-
-
-def _in_other_order(contact: Interaction) -> str:
-    """Pairs whose sides are exchanged, as they are solved for."""
-    return ", ".join(p.in_other_order for p in contact.pairs if p.is_exchanged)

@@ -2,6 +2,7 @@
 
 - outcome: what follows a solve, an error or warnings
 - lost_contact, tools: surfaces, bodies and rigid tools that have lost each other
+- inverted: cells that a solve has turned inside out
 - missed: masters that a slave meets on no path
 - failure: messages of solves that did not converge, corners of several faces
 """

@@ -140,15 +140,16 @@ def _nearest(
     if is_behind and before is not None:
         corners = len(facet_nodes(zone.sides[1].shape, 1))
         facets = masters[:, :d].reshape(-1, corners, d)
-        ways = _corners(zone.sides[0], before)[close, :d], x
-        few = slice(None, None, 1 + len(close) // WAYS)
-        crossed = any(_is_crossed(facets, *way) for way in zip(*(x[few] for x in ways)))
+        start = _corners(zone.sides[0], before)[close, :d]
+        some = range(0, len(close), 1 + len(close) // WAYS)
+        crossed = any(_is_crossed(facets, start[i], x[i]) for i in some)
         is_behind = zone.comm.allreduce(crossed, op=MPI.LOR)
     return np.array(place), float(distance), is_behind
 
 
 def _is_crossed(facets: Array, begin: Array, end: Array) -> bool:
-    """Whether a straight way crosses one of the facets, (n, corners, d)."""
+    """Whether the straight line between two points crosses one of the facets, (n, corners,
+    d), which count with all simplices of their corners."""
     d = len(begin)
     chosen = list(combinations(range(facets.shape[1]), d))
     simplices = facets[:, chosen].reshape(-1, d, d)

@@ -20,6 +20,7 @@ from ..errors import (
     warn,
 )
 from ..interactions import Interaction
+from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, PointStatus
 from ..interface.slave_nodes import are_inside_flats, distance_ratio
 from ..interface.stiffness import mean_facet_size, stiffness_ratios
@@ -285,11 +286,10 @@ def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> 
     stiffer = stiffness_ratios(volume, surfaces.interfaces, problem.bcs)[number].max()
     if closer < FINER or stiffer < NOT_SOFTER:
         return refined
-    own = [pair for pair in contact.pairs if pair.surface == number]
+    own = in_other_order(pair for pair in contact.pairs if pair.surface == number)
     return (
-        f"pairs=[{', '.join(pair.in_other_order for pair in own)}] lessens that, as the "
-        f"slave has nodes {closer:.2g} times as close as its master's, and is "
-        f"{stiffer:.2g} times as stiff"
+        f"{own} lessens that, as the slave has nodes {closer:.2g} times as close as its "
+        f"master's, and is {stiffer:.2g} times as stiff"
     )
 
 

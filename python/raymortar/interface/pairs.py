@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -60,6 +60,11 @@ class Pair:
     def _shown(self) -> list[str]:
         sides = (self.slave_name, self.slave), (self.master_name, self.master)
         return [str(tag) if name is None else repr(name) for name, tag in sides]
+
+
+def in_other_order(pairs: Iterable[Pair]) -> str:
+    """The argument `pairs` with the sides of pairs exchanged, as text."""
+    return f"pairs=[{', '.join(pair.in_other_order for pair in pairs)}]"
 
 
 def spoken(name: str | None, tag: int | str | Body) -> str:

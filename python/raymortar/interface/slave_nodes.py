@@ -19,7 +19,7 @@ from ..discretization.surfaces import Surface, facet_lengths, vector_areas
 from ..errors import SetUpError, format_point, raise_everywhere, warn
 from .contact_surfaces import ContactSurfaces
 from .overlap import of_hit_masters
-from .pairs import Pair, spoken
+from .pairs import Pair, in_other_order, spoken
 from .point_results import CLOSED, OPEN, nodal_average
 from .zone_data import ZoneData
 
@@ -246,12 +246,12 @@ def warn_of_finer_rigid_slaves(
     finer = {k: ratio for k, ratio in ratios.items() if ratio > CLOSEST}
     for k, ratio in (finer | dict(surfaces.exchanged)).items():
         own = [pair for pair in pairs if pair.surface == k]
-        swapped = ", ".join(pair.in_other_order for pair in own)
+        swapped = in_other_order(own)
         slave = spoken(own[0].slave_name, own[0].slave)
-        remedy = f"give the sides in the other order, pairs=[{swapped}]"
+        remedy = f"give the sides in the other order, {swapped}"
         if k in surfaces.exchanged:
             remedy = (
-                f"contact is solved as by pairs=[{swapped}], with points and fields on "
+                f"contact is solved as by {swapped}, with points and fields on "
                 "the master, and with forces by the names given"
             )
         warn(
