@@ -26,10 +26,10 @@ _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 class CondensedProblem:
     """F(u; v) + contact = 0 as a system of the user's unknowns alone. Collective.
 
-    Dual multipliers balance the rows of their slave nodes, of which they are functions.
-    The system then has the rows of the form, with the forces on masters added, and with
-    the law of contact in the rows of slave nodes (theory (4.30), (4.31)). So any solver
-    for F works: ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
+    The rows of each slave node determine its dual multiplier. The system then has the
+    rows of the form, with the forces on masters added, and with the law of contact in
+    the rows of slave nodes (theory (4.30), (4.31)). So any solver for F works:
+    ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
     ``dolfinx.fem.petsc.NonlinearProblem``, or one of your own, by `attach`.
 
     Parameters
@@ -53,7 +53,7 @@ class CondensedProblem:
     Attributes
     ----------
     coupled
-        The same with multipliers as unknowns, which assembles both.
+        The problem with multipliers as unknowns, which assembles the forms and contact.
     contact
         The contact, or `interactions.Interactions` of several.
     bcs, u

@@ -39,11 +39,11 @@ _NOTHING = 64.0 * EPS
 
 
 class FieldProblem:
-    """F(T; s) + fluxes + ties = 0 for fields on bodies that stay. Collective.
+    """F(T; s) + fluxes + ties = 0 for fields on bodies at rest. Collective.
 
-    `NonlinearProblem` without a displacement among its unknowns: fluxes go through
-    contacts whose displacement and multiplier are known, of a solve before or as they
-    were set.
+    It is a `NonlinearProblem` without a displacement among its unknowns: fluxes go
+    through contacts whose displacement and multiplier are known, from an earlier solve
+    or as they were set.
 
     Parameters
     ----------

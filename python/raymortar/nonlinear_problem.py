@@ -128,8 +128,8 @@ class NonlinearProblem(CoupledProblem):
     def solve(self) -> Any:
         """Solve from the present u and multiplier.
 
-        With friction, or where the next load is a step on from this one, accept the
-        solution by ``contact.advance()``.
+        With friction, or if the next load continues from this one, accept the solution
+        by ``contact.advance()``.
 
         Returns
         -------

@@ -324,8 +324,8 @@ class CoupledProblem:
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
-        """Assemble what loads and prescribed displacements add to the residual, at the
-        last x of `form`, into b: all but contact's forces. Collective."""
+        """Assemble into b what loads and prescribed displacements add to the residual
+        at the last x of `form`: the residual without contact forces. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.forget()
         self._assemble(b, False)
@@ -351,7 +351,7 @@ class CoupledProblem:
 
     @contextmanager
     def as_part(self, **of_what: Any) -> Iterator[None]:
-        """Solves are a part of something: members of `diagnose.failure.InUse`."""
+        """Mark solves as part of a task: members of `diagnose.failure.InUse`."""
         before, self.part_of = self.part_of, {**self.part_of, **of_what}
         try:
             yield
@@ -410,8 +410,8 @@ class CoupledProblem:
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
 
-        The residual, contact included, in the dofs of the conditions: what external
-        forces and stresses leave to them.
+        Each is the sum of the residual, contact included, over the dofs of its
+        conditions.
 
         Parameters
         ----------

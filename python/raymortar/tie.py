@@ -45,12 +45,12 @@ class Tie(Contact):
         the undeformed bodies: surfaces farther apart are not tied.
     method
         `AugmentedLagrangian`, whose multiplier is a vector here, or `Penalty`, whose
-        coefficient holds all components. gamma decides no result of the former.
+        coefficient holds all components. With a multiplier gamma changes no result.
     adjust
         ``"keep"``: gaps that the meshes have stay, without stress, and turn with the
         slave's surface; ``"close"``: they are closed, which deforms the bodies.
     partial
-        Whether slave surfaces may reach beyond their masters; what does is free.
+        Whether slave surfaces may reach beyond their masters; the part beyond is free.
 
     Attributes
     ----------
@@ -259,8 +259,8 @@ class FieldTie:
     def rate(self) -> float | Array:
         """Integrate the flux from the slaves to the masters. Collective.
 
-        Per time where the field's equation is. With ``axisymmetric=True`` that of a full
-        turn.
+        Per time if the field's equation is a rate. With ``axisymmetric=True`` over a
+        full turn.
 
         Returns
         -------

@@ -39,7 +39,7 @@ class Inertia:
 
     Q replaces the value of each node of a contact surface by values of nodes off the
     surface, so that these nodes have no mass. Implicit schemes then keep the energy of
-    an impact, which they multiply with a consistent mass [theory (6.1)].
+    an impact; with a consistent mass they multiply it [theory (6.1)].
 
     Parameters
     ----------
