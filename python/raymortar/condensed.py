@@ -37,7 +37,7 @@ class CondensedProblem:
     F
         UFL residual of everything but contact, as for `NonlinearProblem`.
     u
-        What is solved for: the Function of F, which has the displacement.
+        Function that is solved for, that of F; it is or contains the displacement.
     contact
         `Contact` with ``AugmentedLagrangian(condition="nodes", multiplier="dual")``; of
         several a list. Without free rigid bodies.
@@ -46,9 +46,9 @@ class CondensedProblem:
     J
         UFL Jacobian of F; by default its derivative.
     form_compiler_options, jit_options
-        For the forms of F and J, as of ``dolfinx.fem.form``.
+        Options for the forms of F and J, as for ``dolfinx.fem.form``.
     update
-        As of `NonlinearProblem`.
+        Function that sets coefficients, as for `NonlinearProblem`.
 
     Attributes
     ----------

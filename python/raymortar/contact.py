@@ -88,7 +88,7 @@ class Contact(NodalFields, Sides):
     Attributes
     ----------
     unknowns
-        What is solved for, including the displacement; see `unknowns.Unknowns`.
+        The user's unknowns, the displacement among them; see `unknowns.Unknowns`.
     names
         Facet tag by name.
     layout
@@ -236,7 +236,7 @@ class Contact(NodalFields, Sides):
         Parameters
         ----------
         offset
-            As that of `Contact`. Length.
+            Offset, as for `Contact`. Length.
 
         Raises
         ------

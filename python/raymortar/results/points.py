@@ -243,8 +243,8 @@ class PointResults:
     def meetings(self) -> list[Meeting]:
         """Surfaces that are in contact at the last `update`, by name. Collective.
 
-        Of ``pairs="all"`` and of a surface that meets itself, the tags and bodies that
-        have found each other; of other pairs those that are closed.
+        For ``pairs="all"`` and a surface that meets itself, these are the tags and
+        bodies that touch; for other pairs, those with closed points.
         """
         self._require_results()
         return meetings(self.zones, self.pair_table)

@@ -35,7 +35,7 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     Parameters
     ----------
     package
-        What factorises: ``"mumps"``, or another direct solver of PETSc's.
+        Direct solver that factorises: ``"mumps"``, or another one of PETSc.
     options
         Options to add or to replace, such as ``ksp_rtol=1e-8``.
 

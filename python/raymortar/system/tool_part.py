@@ -33,7 +33,7 @@ class ToolPart:
     functions
         Unknowns that it brings: the field on the tools.
     source
-        What flows in from elsewhere, per time.
+        Heat that flows in from elsewhere, per time.
     row
         Its row, on all ranks.
     old
