@@ -88,18 +88,15 @@ class SoftStart:
 
 def solve_roughly(solver: Any) -> int:
     """Solve for a state to start from; return the iterations. Collective."""
-    # A path that a displacement leads has none of its own
-    tolerances = getattr(solver, "tolerances", None)
-    if tolerances is not None:
-        solver.tolerances = max(ROUGH, tolerances[0]), tolerances[1]
+    tolerances = solver.tolerances
+    solver.tolerances = max(ROUGH, tolerances[0]), tolerances[1]
     try:
         # The state is not kept, and warnings of it are of no interest
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             return int(solver.solve()[0])
     finally:
-        if tolerances is not None:
-            solver.tolerances = tolerances
+        solver.tolerances = tolerances
 
 
 def _largest(gamma: Any) -> float:
