@@ -1,4 +1,4 @@
-"""Slip fronts on a belt around half a pulley, with and without soft stick."""
+"""Slip fronts on a belt around half a pulley, with and without soft contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def soft(acts):
 def slip_fronts():
     """Tangents of the whole path, and iterations where tension begins and reverses."""
     for cells in CELLS:
-        for condition in ("nodes", "dual"):
+        for condition in ("points", "nodes", "dual"):
             for extrapolate in (False, None):
                 for acts in (False, True):
                     law = raymortar.AugmentedLagrangian(**CONDITIONS[condition])

@@ -26,10 +26,10 @@ _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 class CondensedProblem:
     """F(u; v) + contact = 0 as a system of the user's unknowns alone. Collective.
 
-    Dual multipliers balance the rows of their slave nodes, of which they are functions.
-    The system then has the rows of the form, with the forces on masters added, and with
-    the law of contact in the rows of slave nodes (theory (4.30), (4.31)). So any solver
-    for F works: ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
+    The rows of each slave node determine its dual multiplier. The system then has the
+    rows of the form, with the forces on masters added, and with the law of contact in
+    the rows of slave nodes (theory (4.30), (4.31)). So any solver for F works:
+    ``dolfinx.nls.petsc.NewtonSolver(comm, problem)``, the SNES of
     ``dolfinx.fem.petsc.NonlinearProblem``, or one of your own, by `attach`.
 
     Parameters
@@ -37,7 +37,7 @@ class CondensedProblem:
     F
         UFL residual of everything but contact, as for `NonlinearProblem`.
     u
-        What is solved for: the Function of F, which has the displacement.
+        Function that is solved for, that of F; it is or contains the displacement.
     contact
         `Contact` with ``AugmentedLagrangian(condition="nodes", multiplier="dual")``; of
         several a list. Without free rigid bodies.
@@ -46,14 +46,14 @@ class CondensedProblem:
     J
         UFL Jacobian of F; by default its derivative.
     form_compiler_options, jit_options
-        For the forms of F and J, as of ``dolfinx.fem.form``.
+        Options for the forms of F and J, as for ``dolfinx.fem.form``.
     update
-        As of `NonlinearProblem`.
+        Function that sets coefficients, as for `NonlinearProblem`.
 
     Attributes
     ----------
     coupled
-        The same with multipliers as unknowns, which assembles both.
+        The problem with multipliers as unknowns, which assembles the forms and contact.
     contact
         The contact, or `interactions.Interactions` of several.
     bcs, u

@@ -80,14 +80,15 @@ class Contact(NodalFields, Sides):
         undeformed points (3, n) to points of the true surface (3, n). Meshes of degree
         2 are curved already.
     frame
-        Normal by which the law splits tractions into pressure and friction
-        [theory (2.14)]: ``"automatic"``: of a `rigid.Line` or `Plane`, else of the
-        slave; ``"slave"``; ``"master"``: of what is hit, which has to be flat or smooth.
+        Normal by which the law splits tractions into pressure and friction [theory
+        (2.14)]: ``"automatic"``: that of a `rigid.Line` or `Plane`, else the slave's;
+        ``"slave"``: the slave's; ``"master"``: that of the master, which has to be flat
+        or smooth.
 
     Attributes
     ----------
     unknowns
-        What is solved for, including the displacement; see `unknowns.Unknowns`.
+        The user's unknowns, the displacement among them; see `unknowns.Unknowns`.
     names
         Facet tag by name.
     layout
@@ -227,7 +228,7 @@ class Contact(NodalFields, Sides):
         return self._offsets.value
 
     def set_offset(self, offset: FieldValue) -> None:
-        """Set what is added to the gap, as an interference that grows. Collective.
+        """Set the offset, such as an interference that grows. Collective.
 
         It takes effect with the next `update`, as displacements do; in `LoadSteps` set
         it in ``apply(t)``. Values are taken at the nodes of the slave facets, now.
@@ -235,7 +236,7 @@ class Contact(NodalFields, Sides):
         Parameters
         ----------
         offset
-            As that of `Contact`. Length.
+            Offset, as for `Contact`. Length.
 
         Raises
         ------
@@ -253,7 +254,7 @@ class Contact(NodalFields, Sides):
         return self._offsets.excess
 
     def adjust(self, within: float) -> Adjustment:
-        """Make surfaces that are nearer than this just touch, without stress.
+        """Make surfaces that are nearer than a length just touch, without stress.
 
         For surfaces that should touch, but whose meshes have small gaps or overlaps:
         these are added to the offset. Call it before the first step. Offsets of

@@ -39,11 +39,11 @@ _NOTHING = 64.0 * EPS
 
 
 class FieldProblem:
-    """F(T; s) + fluxes + ties = 0 for fields on bodies that stay. Collective.
+    """F(T; s) + fluxes + ties = 0 for fields on bodies at rest. Collective.
 
-    `NonlinearProblem` without a displacement among its unknowns: fluxes go through
-    contacts whose displacement and multiplier are known, of a solve before or as they
-    were set.
+    It is a `NonlinearProblem` without a displacement among its unknowns: fluxes go
+    through contacts whose displacement and multiplier are known, from an earlier solve
+    or as they were set.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class FieldProblem:
         UFL residual of the field, without fluxes and ties. Of several fields, or bodies
         on meshes of their own, a list.
     u
-        What is solved for: a Function, or a list as F.
+        Unknown: a Function, or a list of them if F is a list.
     terms
         `Flux`, `FieldTie`, or a list of them.
     bcs
@@ -62,12 +62,12 @@ class FieldProblem:
         Options of SNES, which complete the defaults: Newton's method with full steps,
         and a direct solver.
     form_compiler_options, jit_options
-        For the forms of F and J, as of ``dolfinx.fem.form``.
+        Options for the forms of F and J, as for ``dolfinx.fem.form``.
 
     Attributes
     ----------
     unknowns, layout
-        What is solved for, multipliers of ties included, and its rows.
+        Unknowns, multipliers of ties included, and their rows.
     iterations
         Newton iterations of the last `solve`.
 

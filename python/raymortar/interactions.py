@@ -75,10 +75,10 @@ class Interaction(PointResults, CoupledSystem):
     def advance(self) -> None:
         """Accept the step: the present state becomes the old one. Collective.
 
-        The history is the old displacement, and with friction what its springs hold on
-        each slave facet (none with ``tangential="rate"``), for which results are brought
-        up to date if the state is another than at the last `update`. They stay those of
-        the accepted step until the next one.
+        The history is the old displacement and, with friction, the tractions of the
+        friction springs on each slave facet (none with ``tangential="rate"``). Results
+        are updated first if the state has changed since the last `update`. They then
+        belong to the accepted step until the next `update`.
         """
         if self.updates and any(part.present.has_friction for part in self.parts):
             self.unknowns.pull()
@@ -95,7 +95,7 @@ class Interaction(PointResults, CoupledSystem):
     def restore(self, state: State) -> None:
         """Go back to a state of this object, or of one made alike. Collective.
 
-        Where there were results before, those are of this state now.
+        If there were results before, they are updated to this state.
 
         Raises
         ------

@@ -43,17 +43,17 @@ class NonlinearProblem(CoupledProblem):
         UFL Jacobian of F; by default its derivative. Of several unknowns a list of
         lists, by test and trial space, None for zero.
     u
-        What is solved for, where F is a list: Functions, of which the contact's is one
+        Unknowns, if F is a list: Functions, of which the contact's displacement is one,
         or a part of one.
     petsc_options
         Options of SNES and of what it holds, without prefix, which complete the
-        defaults: see `SNESSolver`. Where `solve` does not converge it raises an error,
-        with ``"snes_error_if_not_converged": False`` it warns.
+        defaults: see `SNESSolver`. A `solve` that does not converge raises an error, or
+        warns with ``"snes_error_if_not_converged": False``.
     petsc_options_prefix
-        Of these options on the command line and of ``A``, ``b`` and ``x``, usually
-        ending in ``_``; None: one that no other solver has.
+        Prefix of these options on the command line, and of ``A``, ``b`` and ``x``,
+        usually ending in ``_``; None: one that no other solver has.
     form_compiler_options, jit_options
-        For the forms of F and J, as of ``dolfinx.fem.form``.
+        Options for the forms of F and J, as for ``dolfinx.fem.form``.
     update
         Function without argument that sets coefficients of F and J, such as stresses
         and tangents at quadrature points, from the present unknowns. Every rank calls
@@ -128,8 +128,8 @@ class NonlinearProblem(CoupledProblem):
     def solve(self) -> Any:
         """Solve from the present u and multiplier.
 
-        With friction, or where the next load is a step on from this one, accept the
-        solution by ``contact.advance()``.
+        With friction, or if the next load continues from this one, accept the solution
+        by ``contact.advance()``.
 
         Returns
         -------

@@ -45,7 +45,7 @@ from .tie import FieldTie
 class CoupledProblem:
     """Residual and tangent of F(u; v) + contact = 0, for any solver. Collective.
 
-    What `NonlinearProblem` is without a solver of its own.
+    `NonlinearProblem` is such a problem with a solver of its own.
 
     Parameters
     ----------
@@ -63,10 +63,10 @@ class CoupledProblem:
         UFL Jacobian of F; by default its derivative. Of several unknowns a list of
         lists, by test and trial space, None for zero.
     u
-        What is solved for, where F is a list: Functions, of which the contact's is one
+        Unknowns, if F is a list: Functions, of which the contact's displacement is one,
         or a part of one.
     form_compiler_options, jit_options
-        For the forms of F and J, as of ``dolfinx.fem.form``.
+        Options for the forms of F and J, as for ``dolfinx.fem.form``.
     update
         Function without argument that sets coefficients of F and J, such as stresses
         and tangents at quadrature points, from the present unknowns. Every rank calls
@@ -87,11 +87,11 @@ class CoupledProblem:
         Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
         tangent is kept.
     fluxes
-        What fluxes and ties of fields add, or None.
+        Terms of fluxes and ties of fields, or None.
     convergence
         Judges the last residual; see `convergence.Convergence`.
     part_of
-        What solves are a part of, such as load steps: members of
+        Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
     steps_accepted
         Load steps so far, of all `LoadSteps` of the problem.
@@ -324,8 +324,8 @@ class CoupledProblem:
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
-        """Assemble what loads and prescribed displacements add to the residual, at the
-        last x of `form`, into b: all but contact's forces. Collective."""
+        """Assemble into b what loads and prescribed displacements add to the residual
+        at the last x of `form`: the residual without contact forces. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.forget()
         self._assemble(b, False)
@@ -351,7 +351,7 @@ class CoupledProblem:
 
     @contextmanager
     def as_part(self, **of_what: Any) -> Iterator[None]:
-        """Solves are a part of something: members of `diagnose.failure.InUse`."""
+        """Mark solves as part of a task: members of `diagnose.failure.InUse`."""
         before, self.part_of = self.part_of, {**self.part_of, **of_what}
         try:
             yield
@@ -410,8 +410,8 @@ class CoupledProblem:
     def reactions(self, supports: Mapping[str, Any]) -> dict[str, Array]:
         """Forces by which conditions hold the bodies, after a solve. Collective.
 
-        The residual, contact included, in the dofs of the conditions: what external
-        forces and stresses leave to them.
+        Each is the sum of the residual, contact included, over the dofs of its
+        conditions.
 
         Parameters
         ----------

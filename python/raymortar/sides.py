@@ -65,7 +65,7 @@ class Sides(Interaction):
         mesh = made.slave_u.function_space.mesh
         spread_coefficient(self.friction, made.zones, mesh)
 
-    # What is of the slave: once it is read, sides stay what they are
+    # Members that depend on the slave: once one is read, the sides stay as they are
 
     @property
     def surfaces(self) -> ContactSurfaces:

@@ -41,16 +41,16 @@ class Tie(Contact):
     Parameters
     ----------
     u, facet_tags, pairs, quadrature_degree, search, names, axisymmetric
-        As of `Contact`. Masters are facets, not rigid bodies. Search distances hold for
-        the undeformed bodies: surfaces farther apart are not tied.
+        The same as for `Contact`. Masters are facets, not rigid bodies. Search
+        distances hold for the undeformed bodies: surfaces farther apart are not tied.
     method
         `AugmentedLagrangian`, whose multiplier is a vector here, or `Penalty`, whose
-        coefficient holds all components. gamma decides no result of the former.
+        coefficient holds all components. With a multiplier gamma changes no result.
     adjust
         ``"keep"``: gaps that the meshes have stay, without stress, and turn with the
         slave's surface; ``"close"``: they are closed, which deforms the bodies.
     partial
-        Whether slave surfaces may reach beyond their masters; what does is free.
+        Whether slave surfaces may reach beyond their masters; the part beyond is free.
 
     Attributes
     ----------
@@ -60,7 +60,8 @@ class Tie(Contact):
     Raises
     ------
     ContactError
-        As `Contact`; for slave nodes without a master, unless `partial`.
+        For the same faults as `Contact`; for slave nodes without a master, unless
+        `partial`.
 
     Notes
     -----
@@ -160,14 +161,14 @@ class FieldTie:
         The field: a Lagrange Function of degree 1 or 2, scalar or vector, or a part of a
         mixed Function that is one. If bodies have meshes of their own, a list.
     facet_tags, pairs, quadrature_degree, search, names, axisymmetric
-        As of `Tie`. The surfaces are tied where they lie undeformed.
+        The same as for `Tie`. The surfaces are tied where they lie undeformed.
 
     Attributes
     ----------
     multiplier
-        The unknown that it brings: a Function on the slave facets alone.
+        Unknown of the tie: a Function on the slave facets alone.
     part
-        What adds entries to residual and tangent.
+        Object that adds entries to residual and tangent.
 
     Raises
     ------
@@ -259,8 +260,8 @@ class FieldTie:
     def rate(self) -> float | Array:
         """Integrate the flux from the slaves to the masters. Collective.
 
-        Per time where the field's equation is. With ``axisymmetric=True`` that of a full
-        turn.
+        Per time if the field's equation is a rate. With ``axisymmetric=True`` over a
+        full turn.
 
         Returns
         -------

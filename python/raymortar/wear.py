@@ -82,9 +82,9 @@ class Wear:
         A step that wears deeper than this is warned of, once: the next steps should be
         smaller. Length. None: any depth.
     implicit
-        Whether the surface that is worn at the end of a step gives its gaps, at any
-        size of the step; else the surface at its start does. Each solve is then
-        repeated until both agree, 5 to 15 times.
+        False: gaps are measured from the surface at the start of a step. True: from the
+        surface as worn at its end, which is stable at any size of the step; each solve
+        is repeated, 5 to 15 times, until pressures and wear agree.
 
     Attributes
     ----------
@@ -224,17 +224,18 @@ class Wear:
     # Implicit steps
 
     def renew(self) -> float | None:
-        """Come nearer to the depth that the pressures of its end wear, an implicit step's.
+        """Improve the depth of an implicit step, which the pressures at its end wear.
         Collective.
 
         Returns
         -------
-        The change over the deepest of the step; None where both agree.
+        Largest change of the depth, over the largest depth of the step; None if both
+        agree.
 
         Raises
         ------
         ConvergenceError
-            If they do not after many solves.
+            If they still differ after many solves.
         """
         found, slopes = self._depths()
         lacking = found - self.array
@@ -264,7 +265,8 @@ class Wear:
         return change / deepest
 
     def set(self, values: Array) -> None:
-        """Set the depth of the present implicit step, which is none at first."""
+        """Set the depth that the present implicit step adds, (nodes,); 0 at first.
+        Length."""
         self.array = np.maximum(values, 0.0)
         whole = Function(self.depth.function_space)
         whole.x.array[:] = self.depth.x.array + self.array

@@ -143,7 +143,7 @@ public:
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
-  /// @brief Whether the next residuals and tangents are those of a system from
+  /// @brief Set whether the next residuals and tangents belong to a system from
   /// which multipliers are eliminated  [theory (4.31)].
   void set_eliminated(bool on) { _interface.set_eliminated(on); }
 

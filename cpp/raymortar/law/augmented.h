@@ -1,4 +1,4 @@
-// Augmented Lagrangian laws: (3), (4) of the design.
+// Augmented Lagrangian laws: theory (4.2), (4.3).
 #pragma once
 
 #include "raymortar/law/point_law.h"

@@ -1,4 +1,4 @@
-// What the segments of a slave need of a master, whatever its type of facets.
+// Data of a master that the segments of a slave need, for any type of facets.
 #pragma once
 
 #include "raymortar/geometry/patch.h"

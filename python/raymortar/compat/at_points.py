@@ -29,9 +29,9 @@ def quadrature_space(
     mesh
         Mesh.
     degree
-        Of the polynomials that the rule integrates exactly.
+        Degree of the polynomials that the rule integrates exactly.
     shape
-        Of the values: (), (n,) or (m, n).
+        Shape of the values: (), (n,) or (m, n).
     """
     shape = tuple(shape)
     if HAS_UFL_ELEMENTS:

@@ -32,7 +32,7 @@ def of_degree(function: fem.Function, degree: int) -> fem.Function:
 def of_one_degree(functions: Sequence[fem.Function]) -> list[fem.Function]:
     """Functions interpolated to the highest degree among them, 1 at least.
 
-    What DOLFINx's writers of VTK and VTX files ask for: one element for all. Exact for
+    DOLFINx's writers of VTK and VTX files need one element for all. Exact for
     continuous Lagrange functions.
     """
     degrees = (element_info(f.function_space).degree for f in functions)

@@ -94,14 +94,14 @@ def read_gmsh(
     partition
         Takes midpoints of cells, shape (n, gdim), and the number of ranks to the rank
         of each cell, shape (n,), such as those of `raymortar.partitions`; looked at on
-        ``rank`` only. The mesh then has no ghost cells. Default: up to DOLFINx's graph
-        partitioner.
+        ``rank`` only. The mesh then has no ghost cells. Default: DOLFINx's graph
+        partitioner decides.
 
     Raises
     ------
     ContactError
         If the file does not exist or is damaged, there are no physical groups, the
-        cells are of several types, a group of facets has some of no cell, or the
+        cells are of several types, a group has facets that belong to no cell, or the
         partition does not give each cell a rank.
     """
     here, model = comm.rank == rank, source

@@ -37,6 +37,9 @@ GROWTH = 1e4
 # Iterations without a new least residual, after which a solve wanders
 WANDERS = 8
 
+# Growth over the first residuals, from which a solve ends if another way has just worked
+JUMP = 100.0
+
 # Growth of the residual in the first iteration from which its start may not count
 STRETCHES = 10.0
 
@@ -94,12 +97,13 @@ class Convergence:
     rejected trial steps are left out, and iterates that had not reached a prescribed
     displacement. A solve that is `patient` goes on until it is hopeless. Otherwise it ends
     at the first trouble, as `LoadSteps` has remedies. One that `lasts` may begin with a
-    residual that is less than the next ones.
+    residual that is less than the next ones. One that is `hasty` ends where the residual
+    jumps.
     """
 
     def __init__(self, groups: Groups) -> None:
         self.groups = groups
-        self.patient, self.lasts = True, False
+        self.patient, self.lasts, self.hasty = True, False, False
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
@@ -164,7 +168,15 @@ class Convergence:
             return True
         if self.now.norm <= self.floor:
             return False
-        return is_hopeless(self.norms) if self.patient else is_in_trouble(self._way())
+        if self.patient:
+            return is_hopeless(self.norms)
+        return self.jumped or is_in_trouble(self._way())
+
+    @property
+    def jumped(self) -> bool:
+        """Whether the residual of a `hasty` solve has grown a hundredfold."""
+        norms = self.norms
+        return self.hasty and len(norms) > 1 and norms[-1] > JUMP * min(norms[:2])
 
     def _way(self) -> list[float]:
         """Return the residuals that tell of trouble.

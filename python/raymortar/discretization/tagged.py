@@ -87,7 +87,7 @@ class ZoneFacets:
 
     @property
     def hit_role(self) -> str:
-        """What the user calls the side that rays hit."""
+        """Name the role of the side that rays hit, as the user gave it."""
         return "slave" if self.is_exchanged else "master"
 
     @property

@@ -27,13 +27,13 @@ class Energy:
     Attributes
     ----------
     kinetic
-        Of bodies and of free rigid bodies.
+        Kinetic energy of bodies and of free rigid bodies.
     elastic
-        Of the given functional; None without one.
+        Stored energy, the value of the given functional; None without one.
     contact
-        Work of contact on all bodies so far: minus the work of friction and what is
-        in the springs of a penalty. Of frictionless multipliers on flat surfaces it is
-        an error of the steps, on round ones of the facets too.
+        Work of contact on all bodies so far: minus the work of friction and what is in
+        the springs of a penalty. With a multiplier and without friction it is an error:
+        of the steps, and on round surfaces of the facets too.
     external
         Work of loads and supports so far. Without a functional the stresses count as
         loads.

@@ -39,15 +39,15 @@ class Inertia:
 
     Q replaces the value of each node of a contact surface by values of nodes off the
     surface, so that these nodes have no mass. Implicit schemes then keep the energy of
-    an impact, which they multiply with a consistent mass [theory (6.1)].
+    an impact; with a consistent mass they multiply it [theory (6.1)].
 
     Parameters
     ----------
     form
         Bilinear form of the acceleration and a test function, such as ``rho *
-        ufl.inner(a, v) * ufl.dx``, both in the space of what the problem solves for.
-        Of several unknowns a list, by unknown, None for what has no inertia. Mass per
-        volume times length, as in the forms of the problem.
+        ufl.inner(a, v) * ufl.dx``, both in the space of the problem's unknown. With
+        several unknowns a list with a form for each, None for those without inertia.
+        Its values at an acceleration are forces, in the unit of the problem's forms.
     contact
         Contact, or the list of interactions, of the problem.
     mass
@@ -59,7 +59,7 @@ class Inertia:
     Attributes
     ----------
     mass
-        As given.
+        Rule for the mass, as it was given.
 
     Raises
     ------

@@ -22,8 +22,8 @@ class Adaptive(Options):
     Parameters
     ----------
     error
-        Local error of the displacement in a step, over the way in it at the largest
-        velocity so far.
+        Local error of the displacement in a step, over the distance that the bodies
+        would move in it at the largest velocity so far.
     easy
         Newton iterations of a step up to which the next one may be larger.
     largest

@@ -102,10 +102,10 @@ class TimeSteps(LoadSteps):
         UFL functional of the stored energy, for `TimeStep.energy` and for the column
         ``elastic``.
     max_halvings, extrapolate, progress, history, strategy, output, on_accept, on_reject
-        As of `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
-        ``contact_work``, ``external_work``, ``momentum_x``, ...,
-        ``moment_of_momentum`` (in space with axes) about the origin, and
-        ``impulse_0_x``, ...: of contact on each slave surface so far.
+        The same as for `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
+        ``contact_work``, ``external_work``, ``momentum_x``, ..., ``moment_of_momentum``
+        (in space with axes) about the origin, and ``impulse_0_x``, ...: of contact on
+        each slave surface so far.
 
     Attributes
     ----------

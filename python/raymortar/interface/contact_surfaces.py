@@ -138,8 +138,8 @@ class Given:
     exchanged: Mapping[int, float] = field(default_factory=dict)
 
     def with_exchanged(self, surfaces: Mapping[int, float]) -> Given:
-        """The same with the sides of some slave surfaces, of one master each, exchanged:
-        numbers as of `ContactSurfaces`."""
+        """Exchange the sides of some slave surfaces, of one master each: numbers as of
+        `ContactSurfaces`."""
         groups = [
             group.exchanged() if k in surfaces else group
             for k, group in enumerate(self.groups)

@@ -275,11 +275,11 @@ def _squares(forces: Array) -> Array:
 def strain_response(K: Any, u: Function) -> Array:
     """Forces of uniform strains at each owned node, (n, 2, 1 or 2).
 
-    In a uniform strain E the nodal force of a homogeneous isotropic body is sigma c, with
-    the node's share c of the boundary's vector area and sigma = 2 mu E for a deviator,
-    (d lambda + 2 mu) I for E = I [theory (5.2)]. Only the cells around a node take part.
-    Where matrices resist translation also (masses, springs), the strain is taken
-    around each node. K is the stiffness of all cells at u, without conditions.
+    In a uniform strain E the nodal force of a homogeneous isotropic body is sigma c,
+    with the node's share c of the boundary's vector area and sigma = 2 mu E for a
+    deviator, (d lambda + 2 mu) I for E = I [theory (5.8)]. Only the cells around a node
+    take part. Where matrices resist translation also (masses, springs), the strain is
+    taken around each node. K is the stiffness of all cells at u, without conditions.
 
     Squares of the forces, summed over the deviators, and that of E = I; of strains of the
     undeformed bodies, and of the deformed ones if there is a displacement: only one of
@@ -325,7 +325,7 @@ def stiffness_without_bulk(sheared: Array, swollen: Array, d: int) -> Array:
     """Share of a diagonal stiffness that does not grow with the bulk modulus.
 
     The diagonal's sum over the directions is (lambda + (d + 1) mu) times what depends
-    on the mesh only. lambda counts up to 1.5 mu [theory (5.2)]. For sums of
+    on the mesh only. lambda counts up to 1.5 mu [theory (5.8)]. For sums of
     `strain_response` over nodes in space of dimension d; exactly 1 up to a Poisson's
     ratio of 0.3, and if the response is not that of an elastic body.
     """

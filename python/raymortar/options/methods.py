@@ -106,11 +106,11 @@ class Penalty(Options):
         penetrate each other by pressure over gamma. None: ten times the value there,
         for an error of about 1 %.
     tangential
-        ``"elastic"``: friction springs carry on from the traction accepted at the
-        last step; ``"rate"``: from zero, a viscous regularisation in which a body
-        held in stick creeps.
+        ``"elastic"``: friction springs start from the traction of the last accepted
+        step; ``"rate"``: from zero, a viscous regularisation in which a body held in
+        stick creeps.
     exact
-        Whether each solve goes on, with the tractions of the last solution carried over,
+        Whether solves are repeated, each with the tractions of the last one added,
         until gaps close to 1e-4 of a facet in the mean around each node. It takes a few
         iterations more, and gamma then hardly matters.
     """

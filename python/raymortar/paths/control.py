@@ -90,8 +90,8 @@ class ArcLength(Options):
     Parameters
     ----------
     radius
-        Of the first step. Length. None: such that the tangent of the path takes the
-        load factor as far as the first of ``steps`` equal steps.
+        Radius of the first step. Length. None: such that the tangent of the path takes
+        the load factor as far as the first of ``steps`` equal steps.
     psi
         Length that a unit of the load factor counts as. 0: a cylinder, on which the
         displacement alone is measured.

@@ -74,6 +74,16 @@ class LedPath(PrescribedPath, ABC):
         return self
 
     @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol of the given solver, which a soft start relaxes."""
+        found: tuple[float, float] = self._given.tolerances
+        return found
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self._given.tolerances = values
+
+    @property
     def led(self) -> Mask:
         """Whether an owned dof of u leads; an arc's length counts all."""
         weights = self.led_weights

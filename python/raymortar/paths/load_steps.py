@@ -96,12 +96,11 @@ class LoadSteps:
         `History` that records every accepted step.
     strategy
         ``"auto"``: a solve stops as soon as it is seen to cycle or diverge. Then the
-        step is tried in other ways: from a soft start where bodies bend, with a line
+        step is tried in other ways: with a softer gamma where bodies bend, with a line
         search by way of a tenth of gamma, and under viscous forces that fade. If all
-        fail, the step is halved. A tenth
-        of gamma that solved two steps in a row goes first in the next ones, and the
-        solver as it was given is tried again after 2, 4, 8 steps. All
-        other settings of the solver are kept. ``"halve"`` or None: the step is halved
+        fail, the step is halved. A tenth of gamma that solved two steps in a row goes
+        first in the next ones, and the solver as it was given is tried again after 2,
+        4, 8 steps. All other settings of the solver are kept. ``"halve"`` or None: the step is halved
         at once.
     stabilize
         Viscous forces, which fade to zero within each step, slow down loose bodies,

@@ -163,6 +163,11 @@ class Lessons:
         """Whether another way than the plain solver has solved the last steps."""
         return self._in_row >= ENOUGH
 
+    @property
+    def last(self) -> str:
+        """Name the way that solved the last step."""
+        return self._way
+
     def first(self) -> str:
         """Name the way to begin this step with."""
         if not self.another_leads or not self._backoff.rests():

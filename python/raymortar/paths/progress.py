@@ -33,11 +33,11 @@ class LoadStep:
         ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
         ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
-        Energy that a snap has set free at least, which another way than ``"full"`` has
-        passed; 0 where there was none.
+        Least energy that a snap has set free in this step, if another way than
+        ``"full"`` solved it; 0 without a snap.
     tangents, solves
-        Tangents assembled and nonlinear solves begun for the step, those of failed tries
-        and of larger steps that were halved included.
+        Tangents assembled and nonlinear solves begun for the step, including failed
+        tries and larger steps that were halved.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
     """

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from mpi4py import MPI
@@ -12,6 +13,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array, Mask
+from ..discretization.reference_facets import shape_functions
 from ..discretization.surfaces import surface_areas
 from ..interface.point_results import PointStatus
 from ..interface.zone_data import ZoneData
@@ -30,6 +32,22 @@ LEAST_REACH = 2.0
 # Share of the largest traction from which a node is closed when a solve begins
 TRACTION = 1e-9
 
+# Periods of cycles that are looked for, relative difference of residuals that repeat, and
+# number of half steps in a solve
+PERIODS, REPEATS, HALF_STEPS = range(1, 7), 1e-2, 2
+
+
+@dataclass
+class _Softened:
+    """Nodes of a zone: the part it is of, and what tangents are softened by."""
+
+    part: Any
+    zone: ZoneData
+    areas: Array  # of the nodes
+    slips: bool
+    is_nodal: bool  # whether its law holds at nodes
+    stiffness: float  # over area, traction per length
+
 
 class SoftStick:
     """Tangents between those of stick and slip, or closed and open nodes. Collective.
@@ -44,35 +62,42 @@ class SoftStick:
     many nodes at once: those that were open when the last step ended, and are closed
     where the solve begins, have a share of the tangent of open ones.
 
-    It acts on laws at nodes alone, whose gamma is as soft as the surface. Where bodies
-    do not bend, a traction reaches no further than a facet, and nothing is softened.
+    At points a few may open and close in turn, and the same iterates come again: a half
+    step leaves them.
+
+    It acts on laws whose gamma is as soft as the surface: those at nodes, and those at
+    points that have the gamma of such a one. Where bodies do not bend, a traction reaches
+    no further than a facet, and nothing is softened.
     """
 
     def __init__(self, problem: Any) -> None:
         self._problem = problem
-        contacts = problem.contact.contacts
-        self._zones = [
-            (part, zone, _areas(zone), slips(one.friction))
-            for one, part in zip(contacts, problem.contact.parts)
-            if getattr(one.method, "condition", "points") == "nodes"
+        self._all = [
+            _Softened(
+                part,
+                zone,
+                _areas(zone),
+                slips(one.friction),
+                getattr(one.method, "condition", "points") == "nodes",
+                part.stiffness() or 0.0,
+            )
+            for one, part in zip(problem.contact.contacts, problem.contact.parts)
+            if one.multiplier is not None and part.surfaces.tied is None
             for zone in one.zones
         ]
-        stiffness = {part.number: part.stiffness() for part, *_ in self._zones}
-        # Reach of a traction in facets, squared
-        self._reach = {
-            part.number: (stiffness[part.number] or 0.0) / part.gamma_scale
-            for part, *_ in self._zones
-        }
-        self._count, self._last = 0, np.empty(0)
+        self._zones: list[_Softened] = []
+        self._count, self._half_steps, self._last = 0, 0, np.empty(0)
         # Nodes without a traction at the start of the solve
         self._free: list[Mask] = []
 
     @contextmanager
-    def acting(self, opens: bool = False) -> Iterator[None]:
+    def acting(self, opens: bool = False, soft: Collection[int] = ()) -> Iterator[None]:
         """Soften the first tangents of the solve within, and, if it `opens`, those of
-        nodes that have no traction yet. Collective."""
-        problem, self._count = self._problem, 0
-        self._free = [~_closed(part, zone) for part, zone, *_ in self._zones if opens]
+        nodes that have no traction yet. `soft` are the numbers of parts with a law at
+        points whose gamma is soft. Collective."""
+        problem, self._count, self._half_steps = self._problem, 0, 0
+        self._zones = [z for z in self._all if z.is_nodal or z.part.number in soft]
+        self._free = [_free(z.part, z.zone) for z in self._zones if opens]
         self._new = [~m & m for m in self._free]
         problem.soften = self._add if self._softened() else None
         try:
@@ -80,28 +105,42 @@ class SoftStick:
         finally:
             problem.soften = None
 
-    def _shares(self, part: Any, slips: bool) -> tuple[float, float]:
+    def _shares(self, zone: _Softened) -> tuple[float, float]:
         """Shares of slip and of opening in the next tangent, 0 where they reach no
         further than the next facet."""
-        reach = self._reach[part.number] / LEAST_REACH**2
-        slip = HARDENS**self._count if slips else 0.0
+        reach = zone.stiffness / zone.part.gamma_scale / LEAST_REACH**2
+        slip = HARDENS**self._count if zone.slips else 0.0
         opening = OPENS * CLOSES**self._count if self._free and reach > 1.0 else 0.0
         return slip * (slip * reach > 1.0), opening * (opening * reach > 1.0)
 
     def _softened(self) -> list[int]:
         """Find the zones whose traction still reaches beyond the next facet."""
-        shares = [self._shares(part, slips) for part, _, _, slips in self._zones]
-        return [i for i, share in enumerate(shares) if any(share)]
+        return [i for i, zone in enumerate(self._zones) if any(self._shares(zone))]
+
+    def _halves(self, A: PETSc.Mat) -> bool:
+        """Double the tangent where the last two residuals are those of a period before,
+        which halves the step; return whether they are. Collective."""
+        norms = self._problem.convergence.norms
+        at_points = not all(zone.is_nodal for zone in self._zones)
+        if not at_points or self._half_steps == HALF_STEPS or not _repeat(norms):
+            return False
+        A.assemble()
+        A.scale(2.0)
+        self._half_steps += 1
+        norms.clear()
+        return True
 
     def _add(self, A: PETSc.Mat) -> None:
         """Add to the tangent of the present iterate. Collective."""
+        if self._halves(A):
+            return
         softened, first = self._softened(), self._count == 0
         if not softened:
             return
-        found = [self._zones[i][1].cpp.nodes() for i in softened]
+        found = [_contact_at_nodes(self._zones[i]) for i in softened]
         status = np.concatenate([one["status"] for one in found])
         moves = first or len(status) != len(self._last) or (status != self._last).any()
-        shares = [self._shares(self._zones[i][0], self._zones[i][3]) for i in softened]
+        shares = [self._shares(self._zones[i]) for i in softened]
         self._last = status
         self._count += 1
         if not self._problem.comm.allreduce(bool(moves), op=MPI.LOR):
@@ -109,27 +148,77 @@ class SoftStick:
         # Residuals that soft tangents leave tell nothing of exact ones
         self._problem.convergence.norms.clear()
         for i, one, (slip, opening) in zip(softened, found, shares):
-            part, zone, areas, _ = self._zones[i]
-            sticks = slip * (one["status"] == PointStatus.STICK)
-            yields = np.zeros(len(areas))
+            at, part = self._zones[i], self._zones[i].part
+            sticks = slip * one["sticks"]
+            yields = np.zeros(len(at.areas))
             if opening:
-                closed = one["status"] >= PointStatus.STICK
                 if self._count <= 2:
-                    self._new[i] |= closed & self._free[i]
-                yields = opening * (closed & self._new[i])
-            at = np.flatnonzero(sticks + yields)
+                    self._new[i] |= (one["closed"] > 0.0) & self._free[i]
+                yields = opening * one["closed"] * self._new[i]
+            nodes = np.flatnonzero(sticks + yields)
             scale, d = part.gamma_scale, part.layout.components
-            size = areas[at] * scale * scale / one["gamma"][at]
-            n = one["normal"][at]
+            size = at.areas[nodes] * scale * scale / one["gamma"][nodes]
+            n = one["normal"][nodes]
             across = (
-                n[:, :, None] * n[:, None, :] if d > 1 else np.ones((len(at), 1, 1))
+                n[:, :, None] * n[:, None, :] if d > 1 else np.ones((len(nodes), 1, 1))
             )
             along = np.eye(d) - across
-            blocks = sticks[at, None, None] * along + yields[at, None, None] * across
-            begin = part.layout.multiplier_rows[zone.multiplier_nodes[at]]
+            blocks = sticks[nodes, None, None] * along
+            blocks += yields[nodes, None, None] * across
+            begin = part.layout.multiplier_rows[at.zone.multiplier_nodes[nodes]]
             for row, block in zip(begin, -size[:, None, None] * blocks):
                 rows = (row + np.arange(d)).astype(PETSc.IntType)
                 A.setValues(rows, rows, block, addv=True)
+
+
+def _repeat(norms: Sequence[float]) -> bool:
+    """Whether the last two residuals are those of a period before."""
+    for period in PERIODS:
+        if len(norms) > period + 1:
+            last, before = np.array(norms[-2:]), np.array(norms[-2 - period : -period])
+            if (np.abs(last - before) < REPEATS * before).all():
+                return True
+    return False
+
+
+def _contact_at_nodes(at: _Softened) -> dict[str, Any]:
+    """Find what of each node is closed and what sticks, from 0 to 1, its normal and its
+    gamma; ``status`` changes where any of this does. Of a law at points, means of the
+    points here, weighted by their areas times the square of the node's function."""
+    zone = at.zone
+    if at.is_nodal:
+        found: dict[str, Any] = zone.cpp.nodes()
+        status = found["status"]
+        found["closed"] = 1.0 * (status >= PointStatus.STICK)
+        found["sticks"] = 1.0 * (status == PointStatus.STICK)
+        return found
+    points = zone.cpp.points()
+    hit = points["status"] >= PointStatus.OPEN
+    status, table = points["status"][hit], np.asarray(zone.multiplier_table)
+    shape, degree = zone.facets.slave_surface.shape, zone.multiplier_degree
+    N, _ = shape_functions(shape, degree, points["xi"][hit])
+    weights = points["weight"][hit, None] * N**2
+    nodes = np.searchsorted(zone.multiplier_nodes, table[points["slave"][hit]])
+    columns = [
+        np.ones((len(status), 1)),
+        1.0 * (status >= PointStatus.STICK)[:, None],
+        1.0 * (status == PointStatus.STICK)[:, None],
+        points["gamma"][hit, None],
+        points["contact_normal"][hit],
+    ]
+    values = np.concatenate(columns, axis=1)
+    sums = np.zeros((len(at.areas), values.shape[1]))
+    np.add.at(sums, nodes, weights[..., None] * values[:, None])
+    met = sums[:, 0] > 0.0
+    means = sums / np.where(met, sums[:, 0], 1.0)[:, None]
+    length = np.linalg.norm(means[:, 4:], axis=1, keepdims=True)
+    return {
+        "status": points["status"],
+        "closed": means[:, 1],
+        "sticks": means[:, 2],
+        "gamma": np.where(met, means[:, 3], 1.0),
+        "normal": means[:, 4:] / np.where(length > 0.0, length, 1.0),
+    }
 
 
 def slips(friction: Any) -> bool:
@@ -137,12 +226,12 @@ def slips(friction: Any) -> bool:
     return friction is not None and not isinstance(friction, Stick)
 
 
-def _closed(part: Any, zone: ZoneData) -> Mask:
-    """Whether each node has a traction, (nodes,). Collective."""
+def _free(part: Any, zone: ZoneData) -> Mask:
+    """Whether each node has no traction, (nodes,). Collective."""
     values = part.layout.multiplier.x.array.reshape(-1, part.layout.components)
     size = np.linalg.norm(values[zone.multiplier_nodes], axis=1)
     largest = zone.comm.allreduce(float(size.max(initial=0.0)), op=MPI.MAX)
-    return np.asarray(size > TRACTION * largest)
+    return np.asarray(size <= TRACTION * largest)
 
 
 def _areas(zone: ZoneData) -> Array:

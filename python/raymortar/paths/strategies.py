@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import cached_property, partial
 from typing import Any
 
@@ -13,7 +12,7 @@ from dolfinx.fem import Function
 
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
-from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..errors import ConvergenceError, SetUpError
 from ..interface.state import State
 from ..solvers.newton import NewtonSolver
 from ..solvers.snes import SNESSolver
@@ -21,7 +20,7 @@ from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Backoff, Lessons, Prediction
-from .soft_start import MANY, SoftStart
+from .soft_start import MANY, SoftStart, solve_roughly
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
@@ -60,10 +59,7 @@ def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> in
     given = [one.gamma for one in contact.contacts]
     _reduce(contact.contacts)
     try:
-        # Warnings of the first solve are of no interest: its state is not kept
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContactWarning)
-            iterations = iterations_of(solver)
+        iterations = solve_roughly(solver)
     finally:
         _set_gamma(contact.contacts, given)
     reached = contact.state()
@@ -182,16 +178,20 @@ class Strategies:
             if iterations is None:
                 iterations = self._as_last(now)
             if iterations is None:
+                # Where a small gamma has just solved a step, it costs no more than what
+                # the plain solver takes to come back from a jump
+                convergence.hasty = self._lessons.last == SMALL_GAMMA
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
-                if iterations > MANY:
-                    self._find_soft_start()
+                if iterations > MANY and self._find_soft_start():
+                    self._soften()
             return iterations
         except FAILURES as failure:
             tries_others = self._automatic and self._asked_for is None
             if not (tries_others and self._is_curable(failure)):
                 raise
+            convergence.hasty = False
             # No variable keeps the failure: in a cycle with this frame, ranks would
             # free the solver, which is collective, at different times
             iterations = self._otherwise(now)
@@ -200,7 +200,7 @@ class Strategies:
             self._lessons.solved(self.used, plain_failed=True)
             return iterations
         finally:
-            convergence.patient = True
+            convergence.patient, convergence.hasty = True, False
 
     def _held(self, now: State, last: State | None, ratio: float) -> int | None:
         """Solve under viscous forces if they are asked for or hold a body that nothing
@@ -274,26 +274,51 @@ class Strategies:
             yield VISCOUS, partial(viscous.solve, plain)
 
     def _find_soft_start(self) -> bool:
-        """Find a soft start for the plain solver, once, at a state of the path; return
-        whether there is one that has not been tried. Collective."""
+        """Find soft coefficients for the plain solver, once, at a state of the path;
+        return whether there are any that have not been tried. Collective."""
         if self._soft_start is not None or not self._automatic:
             return False
         self._soft_start = SoftStart(self.solver.problem)
         self._starts_softly = bool(self._soft_start)
-        return self._starts_softly
+        return self._starts_softly or self._soft_start.stays
+
+    def _soften(self) -> None:
+        """Set the soft coefficients that stay. Collective."""
+        assert self._soft_start is not None
+        if self._soft_start.stays:
+            self._given.append([one.gamma for one in self._contact.contacts])
+            self._soft_start.stay()
 
     def _softly(self) -> int:
-        """Solve from a soft start, for as long as the plain solver may."""
+        """Solve with soft coefficients, for as long as the plain solver may."""
+        self._soften()
         with self._more_iterations():
-            return self._plain()
+            return self._plain(opens=True)
 
-    def _plain(self) -> int:
+    def _plain(self, opens: bool = False) -> int:
         """Solve by the solver as it was given, from a soft start if there is one."""
-        if not (self._soft_start and self._starts_softly):
-            return iterations_of(self.solver)
+        start, iterations = self._soft_start, 0
+
+        def softening() -> AbstractContextManager[None]:
+            return self._soft_stick.acting(
+                opens, start.numbers if start is not None else ()
+            )
+
+        if not (start and self._starts_softly):
+            # Fronts of bodies that bend take long, and no other way does any better
+            convergence = self.solver.problem.convergence
+            patient = convergence.patient
+            if opens and start is not None and start.numbers:
+                convergence.patient = True
+            try:
+                with softening():
+                    return iterations_of(self.solver)
+            finally:
+                convergence.patient = patient
         try:
-            iterations = self._soft_start.solve(self.solver)
-            iterations += iterations_of(self.solver)
+            iterations = start.solve(self.solver, softening)
+            with softening():
+                iterations += iterations_of(self.solver)
         except FAILURES:
             self._starts_softly = False
             self._without_it.failed()
@@ -354,7 +379,9 @@ class Strategies:
         ran_out = len(norms) > getattr(self.solver, "max_it", np.inf)
         is_last = ran_out and self._path.sizes.is_smallest
         found_none = getattr(self.solver, "finds_no_descent", False)
-        return broken or is_last or found_none or is_in_trouble(norms)
+        if problem.convergence.jumped or is_in_trouble(norms):
+            return True
+        return broken or is_last or found_none
 
     def _as_given(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, from where the last step leads first."""
@@ -370,8 +397,7 @@ class Strategies:
                     return iterations
         # A predicted start has the slip of the last step, and the nodes that have closed;
         # this one has to find them
-        with self._soft_stick.acting(opens=True):
-            return self._plain()
+        return self._plain(opens=True)
 
     @contextmanager
     def _more_iterations(self) -> Iterator[None]:
@@ -395,8 +421,7 @@ class Strategies:
         convergence, iterations = self.solver.problem.convergence, None
         patient, convergence.patient = convergence.patient, False
         try:
-            with self._soft_stick.acting():
-                iterations = self._plain()
+            iterations = self._plain()
             self.used = EXTRAPOLATED if prediction.always else FULL
         except FAILURES:
             self.restore(now)
@@ -416,6 +441,8 @@ class Strategies:
         if len(self._given) > kept:
             _set_gamma(self._contact.contacts, self._given[kept])
             del self._given[kept:]
+            if self._soft_start is not None and not self._given:
+                self._soft_start.numbers.clear()
 
     def gave_up(self) -> list[str]:
         """Tell what the last failed step was given up for besides its own failure."""

@@ -45,7 +45,7 @@ class Movie:
     file
         Path that ends in ``.gif``.
     field, label, view, x, centre, units, zoom
-        As of `plot`.
+        The same as for `plot`.
     fps
         Pictures per second.
 

@@ -76,8 +76,8 @@ def plot(
         along the deformed slave surfaces) or ``"angle"`` (degrees around `centre`).
         Default: x or y, along which the surfaces extend more.
     centre
-        Of the angles, (x, y). Default: that of the circle that fits the slave surfaces
-        best.
+        Centre of the angles, (x, y). Default: that of the circle that fits the slave
+        surfaces best.
     units
         Units of length and stress for the labels, such as ``("mm", "MPa")``; or, to
         convert, units and factors of ``"length"``, ``"stress"`` and the given

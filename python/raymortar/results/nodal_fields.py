@@ -160,10 +160,10 @@ class NodalFields:
         Parameters
         ----------
         values
-            A number or a vector for each of this rank's `points`, (n,) or (n, d). Of
+            A number or a vector for each of this rank's `points`, (n,) or (n, d). For
             several slave surfaces a list, in their order.
         name
-            Of the Function.
+            Name of the Function.
 
         Returns
         -------

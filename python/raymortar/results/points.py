@@ -40,14 +40,15 @@ class PointResults:
     ) -> dict[str, Array]:
         """Arrays over this rank's integration points of a slave, at the last `update`.
 
-        Where sides are exchanged (`Pair.is_exchanged`) they are on the master, and all
-        that is said of slave and master below is of the other one.
+        If sides are exchanged (`Pair.is_exchanged`), the points are on the master, and
+        slave and master change places in this list.
 
         Parameters
         ----------
         zone, master
-            As `resultant`: the number of the slave surface, from 0 on in the order of
-            pairs, or its name; with a master a pair, of which those points that hit it.
+            As for `resultant`: number of the slave surface, from 0 on in the order of
+            pairs, or its name. With a master: the points of this pair, whose rays hit
+            this master.
 
         Returns
         -------
@@ -242,8 +243,8 @@ class PointResults:
     def meetings(self) -> list[Meeting]:
         """Surfaces that are in contact at the last `update`, by name. Collective.
 
-        Of ``pairs="all"`` and of a surface that meets itself, the tags and bodies that
-        have found each other; of other pairs those that are closed.
+        For ``pairs="all"`` and a surface that meets itself, these are the tags and
+        bodies that touch; for other pairs, those with closed points.
         """
         self._require_results()
         return meetings(self.zones, self.pair_table)

@@ -95,12 +95,12 @@ class Statistics:
     bytes_sent
         Sum since the start.
     seconds_halo, seconds_candidates, seconds_segments, seconds_rays
-        Of the stages of a pairing. CPU seconds.
+        Time of the stages of a pairing. CPU seconds.
     seconds_residual, seconds_tangent
-        Of the last residual and the last tangent. CPU seconds.
+        Time of the last residual and of the last tangent. CPU seconds.
     communication
-        What was sent between ranks: in all (`total`), and by the rank that sends most
-        (`largest`).
+        Messages and bytes between ranks: in all (`total`), and of the rank that sends
+        most (`largest`).
     """
 
     slave_facets: int = 0

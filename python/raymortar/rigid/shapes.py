@@ -184,7 +184,7 @@ class Torus(_ClosedForm):
     Parameters
     ----------
     centre, axis
-        Of the circle. Length.
+        Centre of the circle, length, and direction of its axis.
     major, minor
         Radii of the circle and of the tube, minor < major. Length.
     hollow

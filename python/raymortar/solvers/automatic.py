@@ -170,9 +170,9 @@ def linear_options(
 
     Returns
     -------
-    If the user gives any option of the linear solver, the options of the direct solver,
-    which those of the user complete (of MUMPS only where there are factors to make). Otherwise options of the solver that suits the
-    size.
+    If the user gives any option of the linear solver, the options of the direct solver
+    and those of the user (options of MUMPS only if factors are made). Otherwise options
+    of the solver that suits the size.
     """
     table = PETSc.Options(prefix)
     given_by_options = any(name.startswith(_ITS_OPTIONS) for name in given or ())

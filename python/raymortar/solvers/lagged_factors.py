@@ -35,7 +35,7 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     Parameters
     ----------
     package
-        What factorises: ``"mumps"``, or another direct solver of PETSc's.
+        Direct solver that factorises: ``"mumps"``, or another one of PETSc.
     options
         Options to add or to replace, such as ``ksp_rtol=1e-8``.
 
@@ -135,8 +135,9 @@ class LaggedFactorsSolver(InnerSolvers):
         return self._wait < 0
 
     def learn(self, converged: bool) -> None:
-        """Take note of how GMRES has done. One failure is of a new active set. After more
-        in a row, some systems are factorised before it is tried again."""
+        """Note whether GMRES has converged. A single failure comes from a new active
+        set. After more in a row, some systems are factorised before it is tried
+        again."""
         self._failures = 0 if converged else self._failures + 1
         self._wait = min(2**self._failures // 4, MOST_WAIT)
 

@@ -204,7 +204,8 @@ class SNESSolver(CoupledSolver):
 
     @property
     def finds_no_descent(self) -> bool:
-        """Whether the last solve ended as a line search found no smaller residual."""
+        """Whether the last solve ended because a line search found no smaller
+        residual."""
         return bool(self.snes.getConvergedReason() == NO_DESCENT)
 
     def _settings(self) -> dict[str, Any]:

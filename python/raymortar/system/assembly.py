@@ -86,6 +86,8 @@ class ContactAssembly:
         Numbers of all contacts of its problem, its own included.
     gamma
         Coefficient in use, see `Contact`.
+    automatic_gamma
+        The coefficient that was taken where none was given; None: one was.
     gamma_scale
         Mean of gamma, by which the multiplier is divided among the unknowns.
     volume
@@ -106,6 +108,7 @@ class ContactAssembly:
         self.number = next(_numbers)
         self.partners: tuple[int, ...] = (self.number,)
         self.gamma: float | Function | PairCoefficients | None = None
+        self.automatic_gamma: float | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
@@ -197,7 +200,8 @@ class ContactAssembly:
             tables = automatic_coefficients(
                 self.surfaces, volume, self._method, bcs, compliance
             )
-            self.set_gamma(one_or_each(self.surfaces.interfaces, tables))
+            self.automatic_gamma = one_or_each(self.surfaces.interfaces, tables)
+            self.set_gamma(self.automatic_gamma)
         elif is_real_number(self.gamma):
             self._check_size(bcs)
 

@@ -99,7 +99,7 @@ class CoupledSystem(CoupledIterates):
             return [part.softer(bcs, compliance) for part in self.parts]
 
     def use_volume(self, volume: VolumePattern) -> None:
-        """Go over to the volume, of `prepare`, of another problem of these contacts."""
+        """Use the volume, from `prepare`, of another problem of these contacts."""
         for part in self.parts:
             part.use_volume(volume)
 

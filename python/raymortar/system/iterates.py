@@ -200,8 +200,8 @@ class CoupledIterates:
 
         Returns
         -------
-        Norms of the residual's free rows and of the forces in balance by group, the
-        largest increment and value by field.
+        Norms of the residual's free rows and of the forces in balance, by group,
+        (groups,) each; largest increment and largest value, by field, (fields,) each.
         """
         for part in self.parts:
             part.prescribed(bcs)
@@ -210,7 +210,8 @@ class CoupledIterates:
     def set_groups(
         self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
     ) -> None:
-        """Set the groups of rows whose norms are taken."""
+        """Set the groups of rows whose norms are taken, from the group of each owned
+        row, (rows,), below a count; see `balance.Groups`."""
         places = [field.local for field in fields] if len(fields) > 1 else []
         self._groups = of_row, count, mass, places
         self.cpp.set_groups(*self._groups)

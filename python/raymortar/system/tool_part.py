@@ -33,7 +33,7 @@ class ToolPart:
     functions
         Unknowns that it brings: the field on the tools.
     source
-        What flows in from elsewhere, per time.
+        Heat that flows in from elsewhere, per time.
     row
         Its row, on all ranks.
     old
@@ -143,11 +143,11 @@ class ToolField:
     value
         At the start.
     capacity
-        What raises the value by one, >= 0: of a temperature, mass times specific heat.
-        In 2D per thickness, of solids of revolution of a full turn. 0: what flows in
+        Heat that raises the value by one, >= 0: mass times specific heat. In 2D per
+        thickness, for solids of revolution over a full turn. With 0 all that flows in
         flows out.
     source
-        What flows into the tools from elsewhere, per time. It may be set again.
+        Heat that flows into the tools from elsewhere, per time. It may be set again.
 
     Examples
     --------
@@ -170,7 +170,7 @@ class ToolField:
         return f"<ToolField with a capacity of {self.capacity}>"
 
     def of(self, comm: MPI.Comm) -> ToolPart:
-        """Make the unknown, once; what stores it. Collective."""
+        """Make the unknown at the first call; return what stores it. Collective."""
         if self._part is None:
             require_agreement(
                 comm, value=self._start, capacity=self.capacity, source=self._source

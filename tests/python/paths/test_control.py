@@ -19,6 +19,7 @@ from raymortar import (
     LoadSteps,
     Penalty,
 )
+from raymortar.paths import soft_start, strategies
 from raymortar.paths.strategies import FULL, VISCOUS
 
 sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))
@@ -328,3 +329,21 @@ def test_a_path_without_an_end_says_so():
     steps = LoadSteps(problem.solver, problem.apply, path=(0.0, 15.0), control=control)
     with pytest.raises(ConvergenceError, match="has not met its end at 15"):
         steps.run()
+
+
+@pytest.mark.quick
+def test_a_soft_start_leads_to_the_same_path(monkeypatch):
+    """Its rough solves have the tolerances of the solver, which are back after them."""
+    expected = [step.factor for step in led(on_bed("triangle"), 4)]
+    solve, rough = soft_start.SoftStart.solve, []
+    monkeypatch.setattr(strategies, "MANY", 0)
+    monkeypatch.setattr(soft_start, "BENDS", np.inf)
+    monkeypatch.setattr(
+        soft_start.SoftStart, "solve", lambda *given: rough.append(solve(*given)) or 0
+    )
+    problem = on_bed("triangle")
+    before = problem.solver.tolerances
+    found = [step.factor for step in led(problem, 4)]
+    assert len(rough) == 3  # all steps after the first
+    assert found == pytest.approx(expected, rel=1e-8)
+    assert problem.solver.tolerances == before

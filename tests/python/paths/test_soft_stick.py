@@ -1,5 +1,7 @@
 """Soft stick: fronts of slip that turns round, and when it acts."""
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from arriving import loose_stack, stacked
@@ -8,6 +10,7 @@ from slender import belt, bent, leaves
 
 import raymortar
 from raymortar.paths import stabilization
+from raymortar.paths.soft_start import SoftStart
 from raymortar.paths.soft_stick import SoftStick
 
 LAW = {"method": raymortar.AugmentedLagrangian(condition="nodes")}
@@ -27,6 +30,16 @@ def test_a_belt_whose_slip_turns_round_takes_few_iterations(cells):
     assert max(step.tangents for step in found.steps) <= 12
     assert found.ways == {"full": 28}
     # exp(mu pi) less what the thickness and bending take
+    assert path.result()[0] == pytest.approx(np.exp(0.3 * np.pi), rel=0.006)
+
+
+def test_a_belt_with_a_law_at_points_takes_few_iterations():
+    """A cycle of four iterates in two steps after the reversal, without half steps."""
+    path = belt(268)
+    found = take(path)
+    assert found.arrived and found.ways == {"soft start": 1, "full": 27}
+    assert max(step.tangents for step in found.steps) <= 25
+    assert found.tangents <= 8 * 28 + 10
     assert path.result()[0] == pytest.approx(np.exp(0.3 * np.pi), rel=0.006)
 
 
@@ -122,6 +135,71 @@ def test_nodes_that_come_into_contact_are_soft_across_the_surface(make):
     assert not found[-1].any()
     with soft.acting():  # without friction there is nothing else to soften
         assert problem.soften is None
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize("opens", [False, True])
+def test_points_with_a_soft_gamma_soften_their_nodes(opens):
+    """Symmetric, negative, of the multiplier alone; none with a stiff gamma."""
+    path = belt(24, steps=(1, 1))
+    problem = path.problem
+    start = SoftStart(problem)
+    start.stay()
+    if not opens:
+        assert take(path).arrived
+        start.stay()
+    path.apply(0.5 if opens else 1.0)
+    x, A = problem.start(), problem.create_matrix()
+    problem.J(x, A)
+    plain, added = A.copy(), []
+    soft = SoftStick(problem)
+    with soft.acting(opens, start.numbers):
+        problem.J(x, A)
+    plain.aypx(-1.0, A)  # what is added
+    rows, columns = problem.contact.layout.n, plain.getOwnershipRange()
+    begin = columns[0]
+    for row in range(*columns):
+        at, values = plain.getRow(row)
+        if row - begin < rows:
+            assert not values.any()
+        added.append(values.sum() if len(values) else 0.0)
+    size = problem.comm.allreduce(np.abs(plain.norm()), op=MPI.MAX)
+    assert size > 0.0
+    other = plain.copy()
+    other.transpose()
+    plain.axpy(-1.0, other)
+    assert plain.norm() < 1e-12 * size
+    assert problem.comm.allreduce(sum(added)) < 0.0
+    for numbers in ((), {-1}):
+        with soft.acting(opens, numbers):
+            assert problem.soften is None
+
+
+@pytest.mark.quick
+def test_residuals_that_come_again_halve_the_step():
+    """Twice in a solve, at points with a soft gamma."""
+    problem = belt(24).problem
+    start = SoftStart(problem)
+    start.stay()
+    x, A = problem.start(), problem.create_matrix()
+    problem.J(x, A)
+    plain, norms = A.norm(), problem.convergence.norms
+    soft, cycle = SoftStick(problem), [3.0, 1.0, 2.0]
+    monotone = [2.0**-k for k in range(8)]
+    with soft.acting(soft=start.numbers):
+        soft._count = 20  # no share is left
+        for before, factor in [
+            (monotone, 1.0),
+            (cycle + [3.1, 1.1, 2.1], 1.0),
+            (cycle + cycle, 2.0),
+            (2 * [5.0] + cycle + [3.01, 1.005, 2.005], 2.0),
+            (cycle + cycle, 1.0),
+        ]:
+            norms[:] = before
+            problem.J(x, A)
+            assert A.norm() == pytest.approx(factor * plain, rel=1e-12)
+            assert bool(norms) == (factor == 1.0)
 
 
 @pytest.mark.quick

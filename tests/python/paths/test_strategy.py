@@ -1,17 +1,26 @@
 """What load steps try before they halve a step."""
 
 import io
+import sys
+from pathlib import Path as Place
 
 import numpy as np
 import pytest
+from dolfinx import fem
 from load_paths import cycling, sticking, top_moves
-from problems import SOLVERS, worst
+from pathing import Path, take
+from problems import SOLVERS, build, fix, worst
 
+import raymortar
 from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.convergence.convergence import is_hopeless, is_in_trouble
 from raymortar.errors import SetUpError
 from raymortar.paths.strategies import FULL, SMALL_GAMMA, VISCOUS, with_line_search
 from raymortar.solvers import iterative
+
+sys.path.append(str(Place(__file__).parents[3] / "benchmarks" / "robustness"))
+
+from bodies_2d import snap_fit  # noqa: E402
 
 CYCLE = [2.371e-2, 1.1e-2]
 FALLING = [10.0**-k for k in range(9)]
@@ -43,6 +52,46 @@ FALLING = [10.0**-k for k in range(9)]
 def test_trouble_is_told_from_what_converges(norms, trouble, hopeless):
     assert is_in_trouble(norms) == trouble
     assert is_hopeless(norms) == hopeless
+
+
+@pytest.mark.quick
+def test_a_jump_ends_a_hasty_solve_alone():
+    problem = cycling("triangle", raymortar.SNESSolver).problem
+    convergence = problem.convergence
+    for norms, jumped in [
+        ([1.0, 99.0], False),
+        ([1.0, 101.0], True),
+        ([300.0, 0.3, 31.0], True),
+        ([300.0, 0.3, 29.0], False),
+        ([1.0], False),
+    ]:
+        convergence.norms[:] = norms
+        convergence.hasty = False
+        assert not convergence.jumped
+        convergence.hasty = True
+        assert convergence.jumped == jumped
+    convergence.hasty = False
+
+
+def test_a_hook_that_springs_over_a_tooth_takes_few_tangents():
+    """427 where jumps are waited for, and first solves with a tenth of gamma are exact."""
+    pytest.importorskip("gmsh")
+    scene = snap_fit()
+    top = fem.Constant(scene.mesh, np.zeros(2))
+
+    def held(V, scene):
+        return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
+
+    search = raymortar.Search(reach=1.0, depth=1.0)
+    options = {"E": 1000.0, "search": search, "bcs": held}
+    problem = build(scene, 1, "neo-hookean", **options).problem
+
+    def push(t):
+        top.value[0] = 3.2 * t
+
+    taken = take(Path(problem, push, 32, solver=raymortar.NewtonSolver))
+    assert taken.arrived and taken.halvings == 0
+    assert taken.tangents <= 340 and taken.iterations <= 8 * 32
 
 
 @pytest.mark.mpi(where=lambda cell_2d, **_: cell_2d == "triangle")
