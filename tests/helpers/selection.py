@@ -45,7 +45,8 @@ def of_each_file(items, long_ones, ranks):
     """Of each file's functions every fourth, and all for which ranks are the subject.
 
     Those of a file have one subject, and all of them run on one rank. A function of
-    which a member is long runs where the file has no other. All run that are marked
+    which a member is long runs where the file has no other; none, where the long ones
+    name the file, of which each function follows a long path. All run that are marked
     ``many_ranks``, and on 2 ranks those marked ``quick``, which `scripts/test --quick`
     asks for there.
     """
@@ -58,7 +59,9 @@ def of_each_file(items, long_ones, ranks):
     ]
     long = {name.partition("[")[0] for name in long_ones}
     kept = set()
-    for _, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+    for file, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+        if file in long_ones:
+            continue
         names = list(dict.fromkeys(map(_function, found)))
         kept.update([name for name in names if name not in long][::4] or names[:1])
     left_out = {item for item in thinned if _function(item) not in kept}

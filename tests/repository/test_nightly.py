@@ -16,7 +16,7 @@ def test_the_list_is_sorted_and_names_files_that_are_there():
     for name in names:
         file, _, function = name.partition("[")[0].partition("::")
         text = (TESTS.parent / file).read_text(encoding="utf-8")
-        assert f"def {function}(" in text, name
+        assert not function or f"def {function}(" in text, name
 
 
 class Item(SimpleNamespace):
@@ -92,6 +92,14 @@ def test_on_several_ranks_a_file_runs_every_fourth_function(ranks, fourths):
     kept = sorted(always.union(fourths))
     expected = [*(functions[i] for i in kept), others[0]]
     assert of_each_file(items, long, ranks) == sum(expected, [])
+
+
+def test_a_file_that_is_named_runs_on_several_ranks_at_night_only():
+    many = member("t.py::test_many", "many_ranks")
+    items = [*family(), *family("t.py::test_b"), many, *family("other.py::test_c")]
+    found = of_each_file(items, {"t.py", "t.py::test_b"}, 3)
+    assert found == items[items.index(many) :]
+    assert of_a_push(items[:7], {"t.py"}, 1) == of_a_push(items[:7], set(), 1)
 
 
 def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():
