@@ -71,6 +71,22 @@ def test_of_a_product_that_is_listed_each_value_occurs():
     assert {item.callspec.params["law"] for item in chosen} == set(laws)
 
 
+def test_of_all_four_cells_a_plane_one_and_one_of_space_occur():
+    cells, found = ("triangle", "quadrilateral", "tetrahedron", "hexahedron"), set()
+    for i in range(20):
+        name = f"t.py::test_{i}"
+        product = [member(name, cell=cell, law=law) for cell in cells for law in LAWS]
+        params = [item.callspec.params for item in each_value(product)]
+        pair = tuple(one["cell"] for one in params)
+        assert pair in {(cells[0], cells[3]), (cells[1], cells[2])}
+        assert {one["law"] for one in params} == set(LAWS)
+        found.add(pair)
+        # Laws of which some cell alone has one stay
+        listed = [member(name, cell=cell, law=cell * 2) for cell in cells]
+        assert each_value(listed) == listed
+    assert len(found) == 2
+
+
 def test_of_a_family_that_is_named_two_unlike_members_run():
     families = [family(f"t.py::test_{i}") for i in range(20)]
     found = of_a_push(sum(families, []), {f"t.py::test_{i}" for i in range(20)}, 1)
