@@ -130,7 +130,9 @@ def of_two_cells(members):
 def _but_cells(members):
     """Values of all parameters other than the cell."""
     params = [item.callspec.params.items() for item in members]
-    return {(name, id(value)) for one in params for name, value in one if name != "cell"}
+    return {
+        (name, id(value)) for one in params for name, value in one if name != "cell"
+    }
 
 
 def _values(item, apart=True):
