@@ -12,6 +12,8 @@ from zlib import crc32
 
 # A longer list of cases is a product, of which values count and not cases
 LONG = 6
+# Of the plane and of space, simplices and not
+PAIRS = {"triangle", "hexahedron"}, {"quadrilateral", "tetrahedron"}
 
 
 def of_a_push(items, long_ones, ranks):
@@ -26,7 +28,8 @@ def of_a_push(items, long_ones, ranks):
         families of which it runs two members.
     ranks
         Number of ranks. On one, each value of each parameter occurs in a family's
-        choice; on several, a family has one member, not the same value everywhere.
+        choice, but two of the four cells; on several, a family has one member. Cells and
+        members are not the same everywhere.
     """
     short = [item for item in items if item.nodeid not in long_ones or _is_quick(item)]
     chosen = []
@@ -45,7 +48,8 @@ def of_each_file(items, long_ones, ranks):
     """Of each file's functions every fourth, and all for which ranks are the subject.
 
     Those of a file have one subject, and all of them run on one rank. A function of
-    which a member is long runs where the file has no other. All run that are marked
+    which a member is long runs where the file has no other; none, where the long ones
+    name the file, of which each function follows a long path. All run that are marked
     ``many_ranks``, and on 2 ranks those marked ``quick``, which `scripts/test --quick`
     asks for there.
     """
@@ -58,7 +62,9 @@ def of_each_file(items, long_ones, ranks):
     ]
     long = {name.partition("[")[0] for name in long_ones}
     kept = set()
-    for _, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+    for file, found in groupby(thinned, lambda item: item.nodeid.partition("::")[0]):
+        if file in long_ones:
+            continue
         names = list(dict.fromkeys(map(_function, found)))
         kept.update([name for name in names if name not in long][::4] or names[:1])
     left_out = {item for item in thinned if _function(item) not in kept}
@@ -100,13 +106,33 @@ def two(members):
 def each_value(members):
     """Few members with all values of all parameters, those with most new ones first."""
     apart = len(members) > LONG
-    values = {item: set(_values(item, apart)) for item in members}
+    values = {item: set(_values(item, apart)) for item in of_two_cells(members)}
+    members = list(values)
     missing, chosen = set().union(*values.values()), set()
     while missing:
         best = max(members, key=lambda item: len(values[item] & missing))
         chosen.add(best)
         missing -= values[best]
     return [item for item in members if item in chosen]
+
+
+def of_two_cells(members):
+    """Of a family over all four cells, those of a plane one and of one of space, unless
+    another parameter lacked a value then."""
+    pair = PAIRS[crc32(_function(members[0]).encode()) % len(PAIRS)]
+    chosen = [item for item in members if item.callspec.params.get("cell") in pair]
+    cells = {item.callspec.params["cell"] for item in members if chosen}
+    if cells != set().union(*PAIRS) or _but_cells(chosen) != _but_cells(members):
+        return members
+    return chosen
+
+
+def _but_cells(members):
+    """Values of all parameters other than the cell."""
+    params = [item.callspec.params.items() for item in members]
+    return {
+        (name, id(value)) for one in params for name, value in one if name != "cell"
+    }
 
 
 def _values(item, apart=True):

@@ -16,7 +16,7 @@ def test_the_list_is_sorted_and_names_files_that_are_there():
     for name in names:
         file, _, function = name.partition("[")[0].partition("::")
         text = (TESTS.parent / file).read_text(encoding="utf-8")
-        assert f"def {function}(" in text, name
+        assert not function or f"def {function}(" in text, name
 
 
 class Item(SimpleNamespace):
@@ -71,6 +71,22 @@ def test_of_a_product_that_is_listed_each_value_occurs():
     assert {item.callspec.params["law"] for item in chosen} == set(laws)
 
 
+def test_of_all_four_cells_a_plane_one_and_one_of_space_occur():
+    cells, found = ("triangle", "quadrilateral", "tetrahedron", "hexahedron"), set()
+    for i in range(20):
+        name = f"t.py::test_{i}"
+        product = [member(name, cell=cell, law=law) for cell in cells for law in LAWS]
+        params = [item.callspec.params for item in each_value(product)]
+        pair = tuple(one["cell"] for one in params)
+        assert pair in {(cells[0], cells[3]), (cells[1], cells[2])}
+        assert {one["law"] for one in params} == set(LAWS)
+        found.add(pair)
+        # Laws of which some cell alone has one stay
+        listed = [member(name, cell=cell, law=cell * 2) for cell in cells]
+        assert each_value(listed) == listed
+    assert len(found) == 2
+
+
 def test_of_a_family_that_is_named_two_unlike_members_run():
     families = [family(f"t.py::test_{i}") for i in range(20)]
     found = of_a_push(sum(families, []), {f"t.py::test_{i}" for i in range(20)}, 1)
@@ -92,6 +108,14 @@ def test_on_several_ranks_a_file_runs_every_fourth_function(ranks, fourths):
     kept = sorted(always.union(fourths))
     expected = [*(functions[i] for i in kept), others[0]]
     assert of_each_file(items, long, ranks) == sum(expected, [])
+
+
+def test_a_file_that_is_named_runs_on_several_ranks_at_night_only():
+    many = member("t.py::test_many", "many_ranks")
+    items = [*family(), *family("t.py::test_b"), many, *family("other.py::test_c")]
+    found = of_each_file(items, {"t.py", "t.py::test_b"}, 3)
+    assert found == items[items.index(many) :]
+    assert of_a_push(items[:7], {"t.py"}, 1) == of_a_push(items[:7], set(), 1)
 
 
 def test_on_several_ranks_a_family_has_one_member_and_not_the_same_everywhere():

@@ -26,7 +26,7 @@ from ..errors import (
 )
 from ..interface.probing import product
 from ..system.entries import without_zeros
-from ..system.volume import Inputs
+from ..system.volume import Inputs, inputs_of
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")
@@ -92,8 +92,7 @@ class Inertia:
             self._check()
         require_agreement(comm, mass=mass, forms=len(self._forms))
         self._compiled = [compat.form(one) for one in self._forms]
-        given = [one for one in self._forms if one is not None]
-        self._inputs = Inputs(given, [])
+        self._inputs = Inputs(*inputs_of(self._forms), [])
         self._at: tuple[int, ...] = ()
         self._M: Any = None  # Q^T M Q from the first use on, as `_Q`
         self._Q: Any = None

@@ -217,13 +217,16 @@ _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 class Inputs:
     """Remembers the values that forms depend on, besides the unknowns."""
 
-    def __init__(self, forms: Iterable[Any], functions: Sequence[Any]) -> None:
-        given = [form for form in forms if form is not None]
-        found = _each_once(c for form in given for c in form.coefficients())
+    def __init__(
+        self,
+        coefficients: Iterable[Any],
+        constants: Iterable[Any],
+        functions: Sequence[Any],
+    ) -> None:
         unknowns = {id(f) for f in functions}
+        found = _each_once(coefficients)
         self.functions = [c for c in found if id(c) not in unknowns]
-        self.has_unknowns = len(self.functions) < len(found)
-        self._constants = _each_once(c for form in given for c in form.constants())
+        self._constants = _each_once(constants)
         self._meshes = _each_once(f.function_space.mesh for f in functions)
         self._last: list[Array] = []
 
@@ -243,12 +246,19 @@ def _each_once(things: Iterable[Any]) -> list[Any]:
     return list({id(thing): thing for thing in things}.values())
 
 
+def inputs_of(forms: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+    """Coefficients and constants of forms, None for zero."""
+    given = [form for form in forms if form is not None]
+    coefficients = [c for form in given for c in form.coefficients()]
+    return coefficients, [c for form in given for c in form.constants()]
+
+
 def inputs_if_linear(
     forms: Sequence[ufl.Form], functions: Sequence[Any]
 ) -> tuple[Inputs, Inputs] | None:
     """Find what residuals and their tangents depend on, None where the derivatives of
     some residual depend on the unknowns. Collective."""
-    of_residual = Inputs(forms, functions)
+    of_residual = Inputs(*inputs_of(forms), functions)
     shares = any(
         np.may_share_memory(c.x.array, f.x.array)
         for c in of_residual.functions
@@ -257,13 +267,47 @@ def inputs_if_linear(
     comm: MPI.Comm = functions[0].function_space.mesh.comm
     if comm.allreduce(shares, op=MPI.LOR):
         return None
-    tangents = [derivative(form, f, True) for form in forms for f in functions]
-    of_tangent = Inputs(tangents, functions)
-    if of_tangent.has_unknowns:
+    coefficients, constants = [], []
+    for form in forms:
+        found = _inputs_of_derivatives(form, functions)
+        if found is None:
+            return None
+        coefficients += found[0]
+        constants += found[1]
+    return of_residual, Inputs(coefficients, constants, functions)
+
+
+# Places of what derivatives depend on, among a form's coefficients and constants, by
+# signature and places of the unknowns. UFL takes longer to find them than a small solve
+_PLACES: dict[tuple[str, tuple[int, ...]], tuple[list[int], list[int]] | None] = {}
+
+
+def _inputs_of_derivatives(
+    form: ufl.Form, functions: Sequence[Any]
+) -> tuple[list[Any], list[Any]] | None:
+    """Coefficients and constants of the derivatives of a form by functions, None where
+    they depend on one of these or the form has a condition on it."""
+    coefficients, constants = form.coefficients(), form.constants()
+    at = _places(functions, coefficients)
+    key = form.signature(), tuple(at)
+    if key not in _PLACES:
+        unknowns = [coefficients[i] for i in at]
+        found, fixed = inputs_of([derivative(form, f, True) for f in unknowns])
+        is_linear = not _places(found, unknowns) and not _has_condition_on(
+            expand_derivatives(form), unknowns
+        )
+        places = _places(found, coefficients), _places(fixed, constants)
+        _PLACES[key] = places if is_linear else None
+    known = _PLACES[key]
+    if known is None:
         return None
-    if any(_has_condition_on(expand_derivatives(form), functions) for form in forms):
-        return None
-    return of_residual, of_tangent
+    return [coefficients[i] for i in known[0]], [constants[i] for i in known[1]]
+
+
+def _places(some: Sequence[Any], things: Sequence[Any]) -> list[int]:
+    """Indices of the things that are among some."""
+    names = {id(one) for one in some}
+    return [i for i, thing in enumerate(things) if id(thing) in names]
 
 
 def _has_condition_on(form: ufl.Form, functions: Sequence[Any]) -> bool:

@@ -11,6 +11,7 @@ from volumes import assert_as_assembled, counted, disturb, without_what_is_kept
 
 import raymortar
 from raymortar import compat
+from raymortar.system import volume
 
 
 def pressed(cell, degree=1, material="linear", **options):
@@ -117,6 +118,30 @@ def test_the_tangent_is_assembled_once(monkeypatch):
         problem.contact.advance()
         disturb(problem)
     assert len(calls) == 1
+
+
+@pytest.mark.mpi
+def test_forms_of_one_structure_are_looked_into_once(monkeypatch):
+    for material in ("linear", "neo-hookean"):
+        pressed("triangle", material=material)
+    monkeypatch.setattr(volume, "derivative", None)
+    assert not pressed("triangle", material="neo-hookean").volume.is_linear
+    problem = pressed("triangle")
+    assert problem.volume.is_linear
+    disturb(problem)
+    assert_as_assembled(problem)
+
+
+@pytest.mark.mpi
+def test_it_counts_which_function_of_a_form_is_the_unknown():
+    V = compat.vector_space(stack("triangle", (2, 3)).mesh, 1)
+    a, b = fem.Function(V), fem.Function(V)
+    F = ufl.dot(b, b) * ufl.inner(ufl.grad(a), ufl.grad(ufl.TestFunction(V))) * ufl.dx
+    for _ in range(2):
+        of_residual, of_tangent = volume.inputs_if_linear([F], [a])
+        assert of_residual.functions == of_tangent.functions == [b]
+        assert volume.inputs_if_linear([F], [b]) is None
+        assert volume.inputs_if_linear([F], [a, b]) is None
 
 
 def test_others_are_not_kept():
