@@ -33,8 +33,8 @@ LEAST_REACH = 2.0
 TRACTION = 1e-9
 
 # Periods of cycles that are looked for, relative difference of residuals that repeat, and
-# number of half steps in a solve
-PERIODS, REPEATS, HALF_STEPS = range(1, 7), 1e-2, 2
+# number of shorter steps in a solve
+PERIODS, REPEATS, SHORT_STEPS = range(1, 7), 1e-2, 3
 
 
 @dataclass
@@ -62,8 +62,8 @@ class SoftStick:
     many nodes at once: those that were open when the last step ended, and are closed
     where the solve begins, have a share of the tangent of open ones.
 
-    At points a few may open and close in turn, and the same iterates come again: a half
-    step leaves them.
+    At points a few may open and close in turn, and the same iterates come again: a step
+    of half the length leaves them, or one of a quarter, or an eighth.
 
     It acts on laws whose gamma is as soft as the surface: those at nodes, and those at
     points that have the gamma of such a one. Where bodies do not bend, a traction reaches
@@ -86,7 +86,7 @@ class SoftStick:
             for zone in one.zones
         ]
         self._zones: list[_Softened] = []
-        self._count, self._half_steps, self._last = 0, 0, np.empty(0)
+        self._count, self._short_steps, self._last = 0, 0, np.empty(0)
         # Nodes without a traction at the start of the solve
         self._free: list[Mask] = []
 
@@ -95,7 +95,7 @@ class SoftStick:
         """Soften the first tangents of the solve within, and, if it `opens`, those of
         nodes that have no traction yet. `soft` are the numbers of parts with a law at
         points whose gamma is soft. Collective."""
-        problem, self._count, self._half_steps = self._problem, 0, 0
+        problem, self._count, self._short_steps = self._problem, 0, 0
         self._zones = [z for z in self._all if z.is_nodal or z.part.number in soft]
         self._free = [_free(z.part, z.zone) for z in self._zones if opens]
         self._new = [~m & m for m in self._free]
@@ -117,22 +117,22 @@ class SoftStick:
         """Find the zones whose traction still reaches beyond the next facet."""
         return [i for i, zone in enumerate(self._zones) if any(self._shares(zone))]
 
-    def _halves(self, A: PETSc.Mat) -> bool:
-        """Double the tangent where the last two residuals are those of a period before,
-        which halves the step; return whether they are. Collective."""
+    def _shortens(self, A: PETSc.Mat) -> bool:
+        """Scale the tangent where the last two residuals are those of a period before,
+        which shortens the step; return whether they are. Collective."""
         norms = self._problem.convergence.norms
         at_points = not all(zone.is_nodal for zone in self._zones)
-        if not at_points or self._half_steps == HALF_STEPS or not _repeat(norms):
+        if not at_points or self._short_steps == SHORT_STEPS or not _repeat(norms):
             return False
         A.assemble()
-        A.scale(2.0)
-        self._half_steps += 1
+        self._short_steps += 1
+        A.scale(2.0**self._short_steps)
         norms.clear()
         return True
 
     def _add(self, A: PETSc.Mat) -> None:
         """Add to the tangent of the present iterate. Collective."""
-        if self._halves(A):
+        if self._shortens(A):
             return
         softened, first = self._softened(), self._count == 0
         if not softened:

@@ -34,7 +34,7 @@ def test_a_belt_whose_slip_turns_round_takes_few_iterations(cells):
 
 
 def test_a_belt_with_a_law_at_points_takes_few_iterations():
-    """A cycle of four iterates in two steps after the reversal, without half steps."""
+    """A cycle of four iterates in two steps after the reversal, without shorter steps."""
     path = belt(268)
     found = take(path)
     assert found.arrived and found.ways == {"soft start": 1, "full": 27}
@@ -177,8 +177,8 @@ def test_points_with_a_soft_gamma_soften_their_nodes(opens):
 
 
 @pytest.mark.quick
-def test_residuals_that_come_again_halve_the_step():
-    """Twice in a solve, at points with a soft gamma."""
+def test_residuals_that_come_again_shorten_the_step():
+    """Three times in a solve, at points with a soft gamma."""
     problem = belt(24).problem
     start = SoftStart(problem)
     start.stay()
@@ -193,7 +193,8 @@ def test_residuals_that_come_again_halve_the_step():
             (monotone, 1.0),
             (cycle + [3.1, 1.1, 2.1], 1.0),
             (cycle + cycle, 2.0),
-            (2 * [5.0] + cycle + [3.01, 1.005, 2.005], 2.0),
+            (2 * [5.0] + cycle + [3.01, 1.005, 2.005], 4.0),
+            (cycle + cycle, 8.0),
             (cycle + cycle, 1.0),
         ]:
             norms[:] = before
