@@ -190,8 +190,10 @@ class Strategies:
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
-                self._slow = self._slow + 1 if iterations > MANY else 0
-                if self._slow == IN_A_ROW:
+                # A step of twice as many counts for two
+                slow = (iterations - 1) // MANY
+                self._slow = self._slow + slow if slow else 0
+                if self._slow >= IN_A_ROW:
                     self._find_soft_start()
             return iterations
         except FAILURES as failure:
