@@ -179,11 +179,17 @@ class Checkpoint:
                 {
                     "gamma": one.gamma if is_real_number(one.gamma) else None,
                     "scale": one.gamma_scale,
+                    "soft": part_of.gamma_is_soft,
+                    "tables": _tables(one.gamma) if part_of.gamma_is_soft else None,
                     "law": _law(one),
                     "motions": [_list(motion) for motion in part.old_motions],
                     "freedoms": [_list(values) for values in part.freedoms],
                 }
-                for one, part in zip(self.problem.contact.contacts, state.parts)
+                for one, part_of, part in zip(
+                    self.problem.contact.contacts,
+                    self.problem.contact.parts,
+                    state.parts,
+                )
             ],
         }
         if self.history is not None:
@@ -325,10 +331,15 @@ class Checkpoint:
         differ by rounding with the partition. Collective."""
         for one, saved in zip(self.problem.contact.contacts, known):
             factor = saved["scale"] / one.gamma_scale
-            if saved["gamma"] is not None:
+            if saved.get("tables") and isinstance(one.gamma, PairCoefficients):
+                tables = [np.array(table) for table in saved["tables"]]
+                one.set_gamma(PairCoefficients(one.gamma.interfaces, tables))
+            elif saved["gamma"] is not None:
                 one.set_gamma(saved["gamma"])
             elif isinstance(one.gamma, PairCoefficients) and abs(factor - 1.0) > SAME:
                 one.set_gamma(factor * one.gamma)
+            if saved.get("soft"):
+                one.assembly.soft_gamma = one.gamma
 
     def _tractions(self, held: dict[str, Array]) -> tuple[list[Any], str | None]:
         """Tractions of the springs of each zone, and why there are none."""
@@ -408,3 +419,9 @@ def _law(contact: Any) -> str | None:
 def _list(values: Any) -> list[Any]:
     """Numbers as JSON has them, to the last digit."""
     return np.asarray(values).tolist()
+
+
+def _tables(gamma: Any) -> list[Any] | None:
+    """Values of coefficients by pair, None of a number."""
+    tables = getattr(gamma, "tables", None)
+    return None if tables is None else [np.asarray(table).tolist() for table in tables]

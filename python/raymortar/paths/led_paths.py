@@ -84,6 +84,15 @@ class LedPath(PrescribedPath, ABC):
         self._given.tolerances = values
 
     @property
+    def max_it(self) -> int:
+        """Most iterations of the given solver, which steps without trouble raise."""
+        return int(self._given.max_it)
+
+    @max_it.setter
+    def max_it(self, most: int) -> None:
+        self._given.max_it = most
+
+    @property
     def led(self) -> Mask:
         """Whether an owned dof of u leads; an arc's length counts all."""
         weights = self.led_weights

@@ -1,4 +1,4 @@
-"""Soft coefficients of laws at points where bodies bend, for a start or for a path."""
+"""Soft coefficients of laws at points where bodies bend, for a start or for good."""
 
 from __future__ import annotations
 
@@ -13,12 +13,9 @@ from ..errors import ContactWarning
 # (docs/measured/slip_fronts.md)
 BENDS = 0.015
 
-# Ratio below which the soft coefficient stays for the path: results change by less
-# (docs/measured/slip_fronts.md)
-STAYS = 0.003
-
-# Iterations of a step above which it is worth to find what the bodies yield
-MANY = 8
+# Iterations of a solve above which another coefficient is worth its while, and number of
+# such steps in a row
+MANY, IN_A_ROW = 8, 2
 
 # Relative tolerance of a first solve, whose solution is a start
 ROUGH = 1e-3
@@ -29,44 +26,48 @@ class SoftStart:
 
     Where bodies bend, the coefficient (5.2) of a law at points is up to 1e3 times that
     of (5.16), and hundreds of points change their status in a solve. With (5.16) few
-    points do. Where the automatic (5.2) is 500 times (5.16), the path keeps (5.16) until
-    its end. Else it solves from a rough solution with it, which takes two to five
-    iterations, and only the second solution is kept. Where bodies do not bend, there is
-    neither. Collective.
+    points do. A solve starts from a rough solution with it, goes on with the one in use,
+    and only the second solution is kept. Where the second solve fails or takes long, an
+    automatic coefficient gives way to (5.16) for good. Where bodies do not bend, there is
+    no soft start. Collective.
     """
 
     def __init__(self, problem: Any) -> None:
         contact = problem.contact
         self._softer: list[tuple[Any, Any]] = []
-        self._stays: list[tuple[Any, Any]] = []
-        self.numbers: set[int] = set()
-        """Numbers of the parts whose coefficient is soft at the moment."""
+        self._may_stay: list[tuple[Any, Any]] = []
         for one, gamma in zip(contact.contacts, contact.softer(problem.bcs)):
-            if gamma is None:
+            if gamma is None or one.assembly.gamma_is_soft:
                 continue
             part = one.assembly
             ratio = _largest(gamma) / part.gamma_scale
-            if ratio < STAYS and one.gamma is part.automatic_gamma:
-                self._stays.append((one, gamma))
-            elif ratio < BENDS:
-                self._softer.append((one, gamma))
+            if ratio >= BENDS:
+                continue
+            self._softer.append((one, gamma))
+            if one.gamma is part.automatic_gamma:
+                self._may_stay.append((one, gamma))
 
     def __bool__(self) -> bool:
         return bool(self._softer)
 
     @property
-    def stays(self) -> bool:
-        """Whether a coefficient is to be soft for the rest of the path."""
-        return bool(self._stays)
+    def may_stay(self) -> bool:
+        """Whether a soft coefficient may take the place of the automatic one."""
+        return bool(self._may_stay)
 
-    def stay(self) -> None:
-        """Make the coefficients soft that stay so. Collective."""
-        self._soften(self._stays)
+    def stay(self) -> list[tuple[Any, Any]]:
+        """Put soft coefficients in the place of automatic ones; return what `undo`
+        takes. Collective."""
+        changed, self._may_stay = self._may_stay, []
+        _soften(changed)
+        self._softer = [pair for pair in self._softer if pair not in changed]
+        return changed
 
-    def _soften(self, contacts: list[tuple[Any, Any]]) -> None:
-        for one, gamma in contacts:
-            one.set_gamma(gamma)
-            self.numbers.add(one.assembly.number)
+    def undo(self, changed: list[tuple[Any, Any]]) -> None:
+        """Take back the automatic coefficients. Collective."""
+        for one, _ in changed:
+            one.set_gamma(one.assembly.automatic_gamma)
+        self._softer, self._may_stay = self._softer + changed, changed
 
     def solve(
         self,
@@ -75,15 +76,21 @@ class SoftStart:
     ) -> int:
         """Solve roughly from the present state, within what `softening` makes; return
         the iterations. Collective."""
-        given, kept = [one.gamma for one, _ in self._softer], set(self.numbers)
+        given = [one.gamma for one, _ in self._softer]
         try:
-            self._soften(self._softer)
+            _soften(self._softer)
             with softening():
                 return solve_roughly(solver)
         finally:
-            self.numbers = kept
             for (one, _), gamma in zip(self._softer, given):
                 one.set_gamma(gamma)
+
+
+def _soften(contacts: list[tuple[Any, Any]]) -> None:
+    """Set soft coefficients. Collective."""
+    for one, gamma in contacts:
+        one.set_gamma(gamma)
+        one.assembly.soft_gamma = one.gamma
 
 
 def solve_roughly(solver: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -91,12 +91,11 @@ class SoftStick:
         self._free: list[Mask] = []
 
     @contextmanager
-    def acting(self, opens: bool = False, soft: Collection[int] = ()) -> Iterator[None]:
+    def acting(self, opens: bool = False) -> Iterator[None]:
         """Soften the first tangents of the solve within, and, if it `opens`, those of
-        nodes that have no traction yet. `soft` are the numbers of parts with a law at
-        points whose gamma is soft. Collective."""
+        nodes that have no traction yet. Collective."""
         problem, self._count, self._short_steps = self._problem, 0, 0
-        self._zones = [z for z in self._all if z.is_nodal or z.part.number in soft]
+        self._zones = [z for z in self._all if z.is_nodal or z.part.gamma_is_soft]
         self._free = [_free(z.part, z.zone) for z in self._zones if opens]
         self._new = [~m & m for m in self._free]
         problem.soften = self._add if self._softened() else None

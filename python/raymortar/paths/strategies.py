@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from functools import cached_property, partial
 from typing import Any
 
@@ -20,7 +20,7 @@ from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Backoff, Lessons, Prediction
-from .soft_start import MANY, SoftStart, solve_roughly
+from .soft_start import IN_A_ROW, MANY, SoftStart, solve_roughly
 from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
@@ -160,6 +160,9 @@ class Strategies:
         # out for a while after failures
         self._soft_start: SoftStart | None = None
         self._starts_softly, self._without_it = False, Backoff()
+        # Whether this step has started softly, slow steps in a row, and whether the soft
+        # coefficients stay from the next step on
+        self._tried_softly, self._slow, self._stays = False, 0, False
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -169,7 +172,10 @@ class Strategies:
         helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
+        if self._stays and self._soft_start is not None:
+            self._soft_start.stay()
         self._starts_softly = bool(self._soft_start) and not self._without_it.rests()
+        self._tried_softly = self._stays = False
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         convergence.patient = not (self._automatic or self._asked_for)
@@ -184,8 +190,11 @@ class Strategies:
                 with self._more_iterations():
                     iterations = self._as_given(now, last, ratio)
                 self._lessons.solved(FULL, plain_failed=False)
-                if iterations > MANY and self._find_soft_start():
-                    self._soften()
+                # A step of twice as many counts for two
+                slow = (iterations - 1) // MANY
+                self._slow = self._slow + slow if slow else 0
+                if self._slow >= IN_A_ROW:
+                    self._find_soft_start()
             return iterations
         except FAILURES as failure:
             tries_others = self._automatic and self._asked_for is None
@@ -267,64 +276,80 @@ class Strategies:
         viscous, plain = self._viscous, partial(iterations_of, self.solver)
         if viscous is not None and viscous.has_caught:
             yield VISCOUS, partial(viscous.hold, plain)
-        if self._find_soft_start():
+        if self._find_soft_start() and not self._tried_softly:
             yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
         if viscous is not None and viscous.is_of_use():
             yield VISCOUS, partial(viscous.solve, plain)
 
     def _find_soft_start(self) -> bool:
-        """Find soft coefficients for the plain solver, once, at a state of the path;
-        return whether there are any that have not been tried. Collective."""
-        if self._soft_start is not None or not self._automatic:
-            return False
-        self._soft_start = SoftStart(self.solver.problem)
-        self._starts_softly = bool(self._soft_start)
-        return self._starts_softly or self._soft_start.stays
-
-    def _soften(self) -> None:
-        """Set the soft coefficients that stay. Collective."""
-        assert self._soft_start is not None
-        if self._soft_start.stays:
-            self._given.append([one.gamma for one in self._contact.contacts])
-            self._soft_start.stay()
+        """Find a soft start for the plain solver, once, at a state of the path; return
+        whether there is one. Collective."""
+        if self._soft_start is None and self._automatic:
+            self._soft_start = SoftStart(self.solver.problem)
+        return bool(self._soft_start)
 
     def _softly(self) -> int:
-        """Solve with soft coefficients, for as long as the plain solver may."""
-        self._soften()
+        """Solve from a soft start, for as long as the plain solver may."""
+        self._starts_softly = True
         with self._more_iterations():
             return self._plain(opens=True)
 
     def _plain(self, opens: bool = False) -> int:
         """Solve by the solver as it was given, from a soft start if there is one."""
-        start, iterations = self._soft_start, 0
-
-        def softening() -> AbstractContextManager[None]:
-            return self._soft_stick.acting(
-                opens, start.numbers if start is not None else ()
-            )
-
+        start = self._soft_start
         if not (start and self._starts_softly):
-            # Fronts of bodies that bend take long, and no other way does any better
-            convergence = self.solver.problem.convergence
-            patient = convergence.patient
-            if opens and start is not None and start.numbers:
-                convergence.patient = True
-            try:
-                with softening():
-                    return iterations_of(self.solver)
-            finally:
-                convergence.patient = patient
+            return self._softened(opens)
+        self._tried_softly = True
         try:
-            iterations = start.solve(self.solver, softening)
-            with softening():
-                iterations += iterations_of(self.solver)
+            with self._patient(opens and start.may_stay):
+                acting = partial(self._soft_stick.acting, opens)
+                iterations = start.solve(self.solver, acting)
+            iterations += self._from_rough(start, opens)
         except FAILURES:
             self._starts_softly = False
             self._without_it.failed()
             raise
         self._without_it.reset()
         return iterations
+
+    def _from_rough(self, start: SoftStart, opens: bool) -> int:
+        """Solve from a rough solution; where that fails, with soft coefficients that
+        stay, and where it takes long, they stay from the next step on."""
+        rough = self._contact.state()
+        try:
+            iterations = self._softened(opens)
+            self._stays = iterations > MANY and start.may_stay
+            return iterations
+        except FAILURES as failure:
+            if isinstance(failure, SetUpError) or not start.may_stay:
+                raise
+        changed = start.stay()
+        self._contact.restore(rough)
+        try:
+            return self._softened(opens)
+        except FAILURES:
+            start.undo(changed)
+            raise
+
+    def _softened(self, opens: bool) -> int:
+        """Solve once with softened tangents."""
+        parts = self._contact.parts
+        # Fronts of bodies that bend take long, and no other way does any better
+        is_soft = opens and any(part.gamma_is_soft for part in parts)
+        with self._patient(is_soft), self._soft_stick.acting(opens):
+            return iterations_of(self.solver)
+
+    @contextmanager
+    def _patient(self, is_patient: bool) -> Iterator[None]:
+        """Let solves go on until they are hopeless, if asked."""
+        convergence = self.solver.problem.convergence
+        before = convergence.patient
+        convergence.patient = before or is_patient
+        try:
+            yield
+        finally:
+            convergence.patient = before
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -441,8 +466,6 @@ class Strategies:
         if len(self._given) > kept:
             _set_gamma(self._contact.contacts, self._given[kept])
             del self._given[kept:]
-            if self._soft_start is not None and not self._given:
-                self._soft_start.numbers.clear()
 
     def gave_up(self) -> list[str]:
         """Tell what the last failed step was given up for besides its own failure."""

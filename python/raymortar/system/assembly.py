@@ -86,8 +86,9 @@ class ContactAssembly:
         Numbers of all contacts of its problem, its own included.
     gamma
         Coefficient in use, see `Contact`.
-    automatic_gamma
-        The coefficient that was taken where none was given; None: one was.
+    automatic_gamma, soft_gamma
+        The coefficient that was taken where none was given, None if one was, and the one
+        of (5.16) that `paths.SoftStart` has put in its place, None before.
     gamma_scale
         Mean of gamma, by which the multiplier is divided among the unknowns.
     volume
@@ -109,6 +110,7 @@ class ContactAssembly:
         self.partners: tuple[int, ...] = (self.number,)
         self.gamma: float | Function | PairCoefficients | None = None
         self.automatic_gamma: float | PairCoefficients | None = None
+        self.soft_gamma: float | PairCoefficients | None = None
         self.gamma_scale = 1.0
         self.volume: VolumePattern | None = None
         self.preallocations, self.extensions = 0, 0
@@ -178,6 +180,11 @@ class ContactAssembly:
             )
 
     # Volume
+
+    @property
+    def gamma_is_soft(self) -> bool:
+        """Whether a law at points has the coefficient of what its surfaces yield."""
+        return self.soft_gamma is not None and self.gamma is self.soft_gamma
 
     @property
     def needs_strains(self) -> bool:
