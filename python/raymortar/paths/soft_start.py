@@ -35,30 +35,24 @@ class SoftStart:
     def __init__(self, problem: Any) -> None:
         contact = problem.contact
         self._softer: list[tuple[Any, Any]] = []
-        self._may_stay: list[tuple[Any, Any]] = []
         for one, gamma in zip(contact.contacts, contact.softer(problem.bcs)):
             if gamma is None or one.assembly.gamma_is_soft:
                 continue
-            part = one.assembly
-            ratio = _largest(gamma) / part.gamma_scale
-            if ratio >= BENDS:
-                continue
-            self._softer.append((one, gamma))
-            if one.gamma is part.automatic_gamma:
-                self._may_stay.append((one, gamma))
+            if _largest(gamma) < BENDS * one.assembly.gamma_scale:
+                self._softer.append((one, gamma))
 
     def __bool__(self) -> bool:
         return bool(self._softer)
 
     @property
     def may_stay(self) -> bool:
-        """Whether a soft coefficient may take the place of the automatic one."""
-        return bool(self._may_stay)
+        """Whether a soft coefficient may take the place of an automatic one in use."""
+        return any(map(_is_automatic, self._softer))
 
     def stay(self) -> list[tuple[Any, Any]]:
         """Put soft coefficients in the place of automatic ones; return what `undo`
         takes. Collective."""
-        changed, self._may_stay = self._may_stay, []
+        changed = list(filter(_is_automatic, self._softer))
         _soften(changed)
         self._softer = [pair for pair in self._softer if pair not in changed]
         return changed
@@ -67,7 +61,7 @@ class SoftStart:
         """Take back the automatic coefficients. Collective."""
         for one, _ in changed:
             one.set_gamma(one.assembly.automatic_gamma)
-        self._softer, self._may_stay = self._softer + changed, changed
+        self._softer += changed
 
     def solve(
         self,
@@ -84,6 +78,12 @@ class SoftStart:
         finally:
             for (one, _), gamma in zip(self._softer, given):
                 one.set_gamma(gamma)
+
+
+def _is_automatic(pair: tuple[Any, Any]) -> bool:
+    """Whether a contact has its automatic coefficient: no other is replaced."""
+    one, _ = pair
+    return one.gamma is not None and one.gamma is one.assembly.automatic_gamma
 
 
 def _soften(contacts: list[tuple[Any, Any]]) -> None:

@@ -123,9 +123,8 @@ def test_a_coefficient_that_was_given_stays():
     start.undo(start.stay())
     assert start and start.may_stay and contact.gamma is gamma
     contact.set_gamma(1.0 * contact.gamma)
-    start = SoftStart(problem)
-    assert start and not start.may_stay
-    start.stay()
+    for start in (start, SoftStart(problem)):
+        assert start and not start.may_stay and not start.stay()
     assert start and contact.gamma == gamma
 
 
