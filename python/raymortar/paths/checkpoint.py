@@ -179,17 +179,13 @@ class Checkpoint:
                 {
                     "gamma": one.gamma if is_real_number(one.gamma) else None,
                     "scale": one.gamma_scale,
-                    "soft": part_of.gamma_is_soft,
-                    "tables": _tables(one.gamma) if part_of.gamma_is_soft else None,
+                    "soft": one.assembly.gamma_is_soft,
+                    "tables": _soft_tables(one),
                     "law": _law(one),
                     "motions": [_list(motion) for motion in part.old_motions],
                     "freedoms": [_list(values) for values in part.freedoms],
                 }
-                for one, part_of, part in zip(
-                    self.problem.contact.contacts,
-                    self.problem.contact.parts,
-                    state.parts,
-                )
+                for one, part in zip(self.problem.contact.contacts, state.parts)
             ],
         }
         if self.history is not None:
@@ -332,6 +328,7 @@ class Checkpoint:
         for one, saved in zip(self.problem.contact.contacts, known):
             factor = saved["scale"] / one.gamma_scale
             if saved.get("tables") and isinstance(one.gamma, PairCoefficients):
+                # No multiple of the automatic ones
                 tables = [np.array(table) for table in saved["tables"]]
                 one.set_gamma(PairCoefficients(one.gamma.interfaces, tables))
             elif saved["gamma"] is not None:
@@ -421,7 +418,9 @@ def _list(values: Any) -> list[Any]:
     return np.asarray(values).tolist()
 
 
-def _tables(gamma: Any) -> list[Any] | None:
-    """Values of coefficients by pair, None of a number."""
-    tables = getattr(gamma, "tables", None)
-    return None if tables is None else [np.asarray(table).tolist() for table in tables]
+def _soft_tables(contact: Any) -> list[Any] | None:
+    """Values of soft coefficients by pair; None of a number and of other coefficients."""
+    if not contact.assembly.gamma_is_soft:
+        return None
+    tables = getattr(contact.gamma, "tables", None)
+    return None if tables is None else [_list(table) for table in tables]

@@ -100,8 +100,8 @@ class LoadSteps:
         search by way of a tenth of gamma, and under viscous forces that fade. If all
         fail, the step is halved. A tenth of gamma that solved two steps in a row goes
         first in the next ones, and the solver as it was given is tried again after 2,
-        4, 8 steps. All other settings of the solver are kept. ``"halve"`` or None: the step is halved
-        at once.
+        4, 8 steps. All other settings of the solver are kept. ``"halve"`` or None: the
+        step is halved at once.
     stabilize
         Viscous forces, which fade to zero within each step, slow down loose bodies,
         which no support holds. None: where such a body touches nothing and something is
