@@ -18,7 +18,7 @@ class AssemblerImpl final : public Assembler
   static constexpr int D = F::gdim;
   static constexpr int M = Layout::components;
   using States = ElementStates<F, is_frictional<Law>>;
-  using Motion = MovingSegments<F, L, Law>;
+  using Motion = MovingSegments<F, Layout>;
 
 public:
   void residual(const ContactState& s, const BlockSink& sink) const override
@@ -44,10 +44,11 @@ public:
     for (const std::size_t e : elements)
     {
       const Data data = gather(s, e);
-      typename Motion::Element element{s, e, data, kernel->A, couplings, {}};
+      typename Motion::Element element{s,         e,         data.slave,
+                                       kernel->A, couplings, {}};
       if (motion)
         element.map.emplace(data.reference);
-      add_tangent(element, *kernel, motion.get());
+      add_tangent(element, data, *kernel, motion.get());
       if (motion)
         motion->finish(element);
       const int n = block_size(s, e);
@@ -163,11 +164,10 @@ private:
   /// Tangent at fixed points, and what their motion along the facet adds
   /// @param[in,out] motion Null: points stay
   static void add_tangent(const typename Motion::Element& element,
-                          Kernel& kernel, Motion* motion)
+                          const Data& data, Kernel& kernel, Motion* motion)
   {
     using Gradient = SurfaceGradient<F, L, Law>;
     const ContactState& s = element.state;
-    const Data& data = element.data;
     kernel.A.setZero();
     if (s.elements.master[element.number] == no_index)
     {

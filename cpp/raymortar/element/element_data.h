@@ -12,11 +12,12 @@ namespace raymortar
 /// The multiplier is first of the optional parts so that an element without
 /// master uses the leading block.
 /// @tparam L Degree of the multiplier, 0 without
-template <class F, int L, class Law>
-struct ElementLayout
+/// @tparam M Components of the multiplier, 0 without
+template <class F, int L, int M>
+struct LayoutOf
 {
   static constexpr int D = F::gdim;
-  static constexpr int components = Law::template multiplier_size<D>;
+  static constexpr int components = M;
   static constexpr int side = F::dofs * D;
   static constexpr int multipliers =
       L == 0 ? 0 : F::template Basis<std::max(L, 1)>::nodes;
@@ -25,6 +26,9 @@ struct ElementLayout
   static constexpr int size = 2 * side + multiplier_dofs;
   static constexpr int alone = side + multiplier_dofs;
 };
+
+template <class F, int L, class Law>
+using ElementLayout = LayoutOf<F, L, Law::template multiplier_size<F::gdim>>;
 
 /// @brief What friction needs of the accepted step; nothing without it.
 template <class F, bool Frictional>

@@ -14,13 +14,12 @@ namespace raymortar
 /// A segment's points and weights are functions of its vertices, and those of
 /// the bodies. Points of one segment are summed into one small matrix per
 /// vertex first, times the motion of the vertex last  [theory (3.8)].
-template <class F, int L, class Law>
+template <class F, class Layout>
 class MovingSegments
 {
 public:
-  using Kernel = raymortar::Element<F, L, Law>;
-  using Layout = typename Kernel::Layout;
-  using Data = typename Kernel::Data;
+  using Matrix =
+      Eigen::Matrix<double, Layout::size, Layout::size, Eigen::RowMajor>;
   static constexpr int T = F::tdim;
 
   /// @brief An element whose points are being added.
@@ -28,9 +27,9 @@ public:
   {
     const ContactState& state;
     std::size_t number;
-    const Data& data;
+    const typename F::NodeMatrix& slave; ///< deformed nodes. Length
     /// Tangent at fixed points, to which the motion adds
-    typename Kernel::Matrix& A;
+    Matrix& A;
     /// Takes the columns of masters that are not the element's own
     const CouplingSink& couplings;
     std::optional<FlatMap<F>>
@@ -39,7 +38,7 @@ public:
 
   /// @brief Add point q of element e, in the order of its points.
   void add(const Element& e, std::size_t q,
-           const Integrand<F, L, Law>& integrand)
+           const Integrand<F, Layout>& integrand)
   {
     const Index segment = e.state.points.segment[q];
     if (segment != _segment)
@@ -65,7 +64,7 @@ private:
   using Sum = Mat<Layout::size, T>;
 
   void add_point(const ContactState& s, std::size_t q, const FlatMap<F>& map,
-                 const Integrand<F, L, Law>& at)
+                 const Integrand<F, Layout>& at)
   {
     const auto change =
         change_in_plane<F, Layout::size>(map, s.points.xi[q].template head<T>(),
@@ -123,10 +122,9 @@ private:
         continue;
       const typename F::RefPoint xi =
           s.segmentation.vertices[at].template head<T>();
-      const Motion dy =
-          rows_of<F>(segment_vertex_motion<F>(s.segmentation, of, e.data.slave,
-                                              master, at),
-                     e.map->gradient(xi));
+      const Motion dy = rows_of<F>(
+          segment_vertex_motion<F>(s.segmentation, of, e.slave, master, at),
+          e.map->gradient(xi));
       add_motion<0, Layout::size>(_by_vertex[v], dy, 0, e.A, 0);
       if (own)
         add_motion<0, Layout::size>(_by_vertex[v], dy, side, e.A,
@@ -168,7 +166,7 @@ private:
   Index _segment = no_index; ///< that of the points being added
   Points _points;
   std::array<Sum, Points::capacity + 1> _by_vertex;
-  typename Kernel::Matrix _coupling;
+  Matrix _coupling;
   Eigen::Matrix<double, Layout::side, Layout::side, Eigen::RowMajor> _hit_rows;
 };
 } // namespace raymortar

@@ -9,10 +9,9 @@ namespace raymortar
 {
 /// @brief Integrand of one point per unit of its weight, and its derivative by
 /// xi at fixed unknowns, over the rows of the element.
-template <class F, int L, class Law>
+template <class F, class Layout>
 struct Integrand
 {
-  using Layout = ElementLayout<F, L, Law>;
   Vec<Layout::size> f;
   Mat<Layout::size, F::tdim> f_xi;
 };
@@ -33,7 +32,7 @@ public:
   static constexpr int M = Layout::components;
 
   /// @brief Of a point with a hit.
-  [[nodiscard]] static Integrand<F, L, Law>
+  [[nodiscard]] static Integrand<F, Layout>
   hit(const Data& e, const ElementPoint<F>& q, const HitPoint<F, L, Law>& p,
       const HitSlopes<F, L, Law>& slopes)
   {
@@ -46,7 +45,7 @@ public:
     const auto& r = p.response;
     const Mat<D, T> t = chain<D>(traction_slopes(p), p, slopes, columns) +
                         r.t * at.area.log_jacobian;
-    Integrand<F, L, Law> out;
+    Integrand<F, Layout> out;
     add_work(p, slopes.geometry, at, t, columns.eta(), out);
     if constexpr (is_frictional<Law>)
       if (p.has_couple())
@@ -58,10 +57,10 @@ public:
   }
 
   /// @brief Of a point without a hit.
-  [[nodiscard]] static Integrand<F, L, Law>
+  [[nodiscard]] static Integrand<F, Layout>
   miss(const Data& e, const ElementPoint<F>& q, const SlavePoint<F, L, Law>& p)
   {
-    Integrand<F, L, Law> out;
+    Integrand<F, Layout> out;
     out.f.setZero();
     out.f_xi.setZero();
     if constexpr (M > 0)
@@ -99,7 +98,7 @@ private:
   static void add_work(const HitPoint<F, L, Law>& p,
                        const PointGeometry<F>& geometry, const Place& at,
                        const Mat<D, T>& t_xi, const Mat<T, T>& eta_xi,
-                       Integrand<F, L, Law>& out)
+                       Integrand<F, Layout>& out)
   {
     const Vec<D>& t = p.response.t;
     const Mat<F::dofs, T> N_m_xi = geometry.dN_m * eta_xi;
@@ -123,7 +122,7 @@ private:
   static void add_couple(const HitPoint<F, L, Law>& p,
                          const HitSlopes<F, L, Law>& slopes, const Place& at,
                          const Vec<D>& t, const Mat<D, T>& t_xi,
-                         Integrand<F, L, Law>& out)
+                         Integrand<F, Layout>& out)
   {
     const PointGeometry<F>& geometry = slopes.geometry;
     const Vec<D>& n = p.slave.n;
@@ -156,7 +155,7 @@ private:
   /// C . mu / gamma
   static void add_condition(const SlavePoint<F, L, Law>& p, const Place& at,
                             const Vec<M>& C, const Mat<M, T>& C_xi,
-                            Integrand<F, L, Law>& out)
+                            Integrand<F, Layout>& out)
   {
     if constexpr (M > 0)
     {

@@ -24,8 +24,8 @@ template <class F>
 class Plates
 {
   using Law = NormalAugmentedLagrangian;
-  using Motion = MovingSegments<F, 1, Law>;
-  using Layout = typename Motion::Layout;
+  using Layout = ElementLayout<F, 1, Law>;
+  using Motion = MovingSegments<F, Layout>;
   static constexpr int D = F::gdim;
 
 public:
@@ -153,10 +153,10 @@ private:
   }
 
   /// A wave for each row of the element
-  [[nodiscard]] Integrand<F, 1, Law> integrand(std::size_t e,
+  [[nodiscard]] Integrand<F, Layout> integrand(std::size_t e,
                                                const Vec<2>& xi) const
   {
-    Integrand<F, 1, Law> wave;
+    Integrand<F, Layout> wave;
     for (int r = 0; r < Layout::size; ++r)
     {
       const Vec<2> k(1.0 + 0.1 * r, 0.7 - 0.05 * r);
@@ -172,9 +172,7 @@ private:
   {
     const ContactState& s = _state;
     const Index slave = s.elements.slave[e], hit = s.elements.master[e];
-    typename Motion::Data data;
-    data.slave = s.slave.nodes<F>(s.slave.x, slave);
-    data.reference = s.slave.nodes<F>(s.slave.X, slave);
+    const auto nodes = s.slave.nodes<F>(s.slave.x, slave);
     Block A = Block::Zero();
     const auto rows = rows_of(e);
     const CouplingSink couple = [&](std::size_t element, Index master,
@@ -195,7 +193,7 @@ private:
             hit_rows[k];
     };
     const typename Motion::Element element{
-        s, e, data, A, couple, FlatMap<F>(data.reference)};
+        s, e, nodes, A, couple, FlatMap<F>(s.slave.nodes<F>(s.slave.X, slave))};
     for (const Index q : s.elements.points_of(e))
       motion.add(element, q, integrand(e, s.points.xi[q]));
     motion.finish(element);
