@@ -19,6 +19,7 @@ from ..discretization.joined import Places, unrolled
 from ..discretization.ranks import destroy
 from ..errors import ContactError
 from .levels import NOTHING, rigid_motions
+from .petsc_objects import is_symmetric
 
 Solve = Callable[[Array], Array]
 
@@ -122,18 +123,6 @@ class Compliance:
     def destroy(self) -> None:
         """Free what belongs to it."""
         destroy(self._factors, self._ksp, self._K, self._x, self._b)
-
-
-def is_symmetric(K: PETSc.Mat) -> bool:
-    """Whether a matrix is symmetric, but for rounding of the diagonals of a row and a
-    column: bodies and fields may have other units."""
-    diagonal, scaled = K.getDiagonal(), K.copy()
-    size = np.abs(diagonal.array)
-    diagonal.array[:] = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
-    scaled.diagonalScale(diagonal, diagonal)
-    found: bool = scaled.isSymmetric(1e-12)
-    destroy(scaled, diagonal)
-    return found
 
 
 def supports(contact: Any, surface: Indices, fixed: Mask) -> Places:

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactError, is_whole_number
-from .petsc_objects import DIRECT, InnerSolvers, inner_solver, nested
+from .petsc_objects import DIRECT, InnerSolvers, inner_solver, is_symmetric, nested
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
 # have lagged factors by default (docs/measured/solving.md)
@@ -87,6 +87,8 @@ class LaggedFactorsSolver(InnerSolvers):
         # Iterations with the present factors, and how many there may be
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
+        # Whether all tangents so far were symmetric, and MUMPS factorises
+        self._symmetric = True
         # The last tangent, and how many systems it was used for
         self._tangent, self._uses = (0, 0), 0
         # Diagonal of the tangent that was factorised, on this rank
@@ -157,9 +159,23 @@ class LaggedFactorsSolver(InnerSolvers):
             self.direct.reset()
             self._has_new_pattern = False
         self.direct.getPC().setReusePreconditioner(False)
+        self._use_symmetry(ksp.getOperators()[0])
         self._has_factors = self._solve_by(self.direct, ksp, b, x)
         self.factorisations += 1
         self._diagonal, self._taken = _diagonal(ksp.getOperators()[0]), 0
+
+    def _use_symmetry(self, A: PETSc.Mat) -> None:
+        """Factorise by L D L^T, in half of the operations, as long as all tangents are
+        symmetric: those of ties, and of flat rigid tools without friction. Collective.
+        """
+        pc = self.direct.getPC()
+        if not self._symmetric or pc.getFactorSolverType() != "mumps":
+            return
+        self._symmetric = is_symmetric(A)
+        kind = "cholesky" if self._symmetric else "lu"
+        if pc.getType() != kind:
+            pc.setType(kind)
+            pc.setFactorSolverType("mumps")
 
     def _make(self, ksp: PETSc.KSP) -> None:
         """Make the inner solvers. Collective."""

@@ -8,7 +8,10 @@ import weakref
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
+
+import numpy as np
 
 from .. import compat
 from ..discretization.ranks import destroy
@@ -29,6 +32,9 @@ DIRECT = {
 # Relative tolerance of systems that paths solve with one tangent, whose solutions they
 # combine
 CLOSE = 1e-8
+
+# Difference of two sums that is rounding, over the sums: these may nearly cancel
+ROUNDING = 1e-9
 
 # Options of solvers within others and of ours, which need not have been read yet
 _INNER = re.compile("_(snes|ksp|pc|mat)_|^(kept|lagged)_")
@@ -243,6 +249,23 @@ def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
+
+
+def is_symmetric(A: PETSc.Mat) -> bool:
+    """Tell whether a matrix is symmetric but for rounding. Collective.
+
+    A x and A^T x of a random x are compared row by row, as bodies and fields may have
+    other units.
+    """
+    x, rows = A.createVecs()
+    columns = rows.duplicate()
+    x.array[:] = np.random.default_rng(A.comm.rank).uniform(-1.0, 1.0, x.local_size)
+    A.mult(x, rows)
+    A.multTranspose(x, columns)
+    a, b = rows.array_r, columns.array_r
+    same = bool(np.all(np.abs(a - b) <= ROUNDING * (np.abs(a) + np.abs(b))))
+    destroy(x, rows, columns)
+    return bool(A.comm.tompi4py().allreduce(same, MPI.LAND))
 
 
 def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> None:

@@ -25,8 +25,8 @@ from raymortar import (
     solvers,
 )
 from raymortar.solvers import automatic
-from raymortar.solvers.compliance import Compliance, is_symmetric, supports
-from raymortar.solvers.petsc_objects import PetscOptions
+from raymortar.solvers.compliance import Compliance, supports
+from raymortar.solvers.petsc_objects import PetscOptions, is_symmetric
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(2e4)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

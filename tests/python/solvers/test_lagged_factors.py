@@ -5,12 +5,13 @@ import re
 import numpy as np
 import pytest
 from dolfinx import fem
-from problems import CELLS, COMM, SOLVERS, build, fix, stack, worst
+from problems import CELLS, COMM, SOLVERS, build, fix, residual, stack, worst
 from sliding import Sliding
 from snapping import on_bed
 
 from raymortar import (
     AugmentedLagrangian,
+    Contact,
     ContactError,
     ConvergenceError,
     Coulomb,
@@ -18,6 +19,9 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     SNESSolver,
+    Tie,
+    compat,
+    rigid,
     solvers,
 )
 from raymortar.solvers import automatic
@@ -27,6 +31,11 @@ from raymortar.solvers.lagged_factors import LaggedFactorsSolver
 def lean(x):
     """Of the top: down, more on one side."""
     return np.hstack([0.0 * x[:, :1], -0.02 + 0.01 * x[:, :1]])
+
+
+def held(V, scene, down):
+    """Conditions of the top. Without friction nothing else holds it sideways."""
+    return [fix(V, scene, "top", i, value) for i, value in enumerate((0.0, down))]
 
 
 METHODS = ["frictionless", "augmented", "penalty"]
@@ -75,7 +84,7 @@ def test_another_stiffness_is_factorised_at_once(factor):
     built = build(
         scene,
         material="neo-hookean",
-        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", 1, -0.02)],
+        bcs=lambda V, s: [fix(V, s, "bottom"), *held(V, s, -0.02)],
         method=AugmentedLagrangian(2000.0),
     )
     given = built.problem
@@ -102,7 +111,7 @@ def test_either_solver_takes_the_options(solver):
         built = build(
             stack("quadrilateral", (3, 4)),
             material="neo-hookean",
-            bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", 1, -0.02)],
+            bcs=lambda V, s: [fix(V, s, "bottom"), *held(V, s, -0.02)],
             friction=Coulomb(0.3),
         )
         one = solver(built.problem, options)
@@ -110,6 +119,45 @@ def test_either_solver_takes_the_options(solver):
     assert abs(found[0][0] - found[1][0]) <= 1
     assert worst(found[1][1] - found[0][1]) <= 1e-9 * worst(found[0][1])
     assert context(one).systems == found[1][0] > context(one).factorisations
+
+
+def interactions(kind, u, scene):
+    """A tie of two blocks, alone or on a rigid plane, or contact of both."""
+    tags, facets = scene.tags, scene.facet_tags
+    blocks = [(tags["top_0"], tags["bottom_1"])]
+    normal = AugmentedLagrangian(multiplier="normal")
+    if kind == "contact":
+        return [Contact(u, facets, blocks, normal)]
+    made = [Tie(u, facets, blocks)]
+    if kind == "tie on a plane":
+        plane = rigid.Plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+        made.append(Contact(u, facets, [(tags["bottom_0"], plane)], normal))
+    return made
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "kind, factors",
+    [("tie", "cholesky"), ("tie on a plane", "cholesky"), ("contact", "lu")],
+)
+def test_symmetric_tangents_are_factorised_as_such(kind, factors):
+    """Once points move with two bodies, the tangent is not symmetric."""
+    scene, found = stack("hexahedron", (3, 4)), []
+    each = solvers.lagged_factors(lagged_most=0)  # factorises each tangent
+    for options in (solvers.direct(), each):
+        V = compat.vector_space(scene.mesh, 1)
+        u = fem.Function(V)
+        F, _, _ = residual(scene, u, "neo-hookean")
+        down = [0.0, 0.002, -0.02]
+        bcs = [fix(V, scene, "top_1", i, value) for i, value in enumerate(down)]
+        if kind != "tie on a plane":
+            bcs.append(fix(V, scene, "bottom_0"))
+        problem = NonlinearProblem(F, interactions(kind, u, scene), bcs)
+        solver = SNESSolver(problem, {"snes_rtol": 1e-12, **options})
+        solver.solve()
+        found.append(u.x.array)
+    assert context(solver).direct.getPC().getType() == factors
+    assert worst(found[0] - found[1]) < 1e-9 * worst(found[0])
 
 
 @pytest.mark.mpi
