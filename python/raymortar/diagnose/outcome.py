@@ -33,6 +33,7 @@ from .failure import automatic_gamma, compared, corner_between, describe
 from .inverted import inverted_cells
 from .lost_contact import lost_contact
 from .missed import warn_of_passed_masters
+from .narrow import jump
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -174,10 +175,14 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
         corner = corner_between(one, pressed=2)
         if corner is not None:
             yield Finding(("corner", k), 1.0, f"{corner}, and both press there{SHARED}")
-        if one.friction is None and one.multiplier is not None:
-            for number, zone in enumerate(one.zones):
-                if not zone.is_pulled:
-                    yield from _tension(problem, one, number)
+        for number, zone in enumerate(one.zones):
+            if one.multiplier is None:
+                break
+            angle, text = jump(zone, one.multiplier.function_space)
+            if angle > 0.0:
+                yield Finding(("jump", id(zone)), angle, text)
+            if one.friction is None and not zone.is_pulled:
+                yield from _tension(problem, one, number)
     yield from _tilts(contact)
     yield from _turns(contact)
 

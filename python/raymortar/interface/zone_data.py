@@ -137,6 +137,8 @@ class ZoneData:
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
     is_pulled: bool = False  # warned of, see `warn_of_tension`
+    # Force on each slave facet at the last state that `diagnose.narrow` has seen
+    carried: Array | None = None
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with
     # facets. See `diagnose.missed`
     met: set[int] = field(default_factory=set)

@@ -39,6 +39,7 @@ from .led_paths import ArcPath, DisplacementPath
 from .load_path import ArcSizes, PrescribedPath, StepSizes, with_size
 from .output import Output, check_output
 from .progress import HALVED, Effort, LoadStep, Progress, is_file, line
+from .soft_start import propose_nodes
 from .stabilization import Stabilization
 from .strategies import Strategies
 
@@ -361,6 +362,8 @@ class LoadSteps:
             contact.update()
             texts += contact.free_bodies.rubbed()
         texts += more
+        if not isinstance(failure, ContactLost):
+            texts += propose_nodes(self._problem)
         return ConvergenceError(
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"

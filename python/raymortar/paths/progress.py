@@ -33,8 +33,9 @@ class LoadStep:
         ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
         ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
-        Least energy that a snap has set free in this step, if another way than
-        ``"full"`` solved it; 0 without a snap.
+        Least energy that a snap has set free in this step. 0 without a snap, and also
+        where no energy balance is made: in steps by ``"full"`` or as asked, with
+        ``control``, and of bodies on meshes of their own.
     tangents, solves
         Tangents assembled and nonlinear solves begun for the step, including failed
         tries and larger steps that were halved.

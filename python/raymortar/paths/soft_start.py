@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
+from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning
 
 # Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
@@ -33,13 +34,11 @@ class SoftStart:
     """
 
     def __init__(self, problem: Any) -> None:
-        contact = problem.contact
-        self._softer: list[tuple[Any, Any]] = []
-        for one, gamma in zip(contact.contacts, contact.softer(problem.bcs)):
-            if gamma is None or one.assembly.gamma_is_soft:
-                continue
-            if _largest(gamma) < BENDS * one.assembly.gamma_scale:
-                self._softer.append((one, gamma))
+        self._softer = [
+            (one, gamma)
+            for one, gamma in _that_bend(problem)
+            if not one.assembly.gamma_is_soft
+        ]
 
     def __bool__(self) -> bool:
         return bool(self._softer)
@@ -78,6 +77,36 @@ class SoftStart:
         finally:
             for (one, _), gamma in zip(self._softer, given):
                 one.set_gamma(gamma)
+
+
+def propose_nodes(problem: Any) -> list[str]:
+    """Sentences on contacts that a law at nodes suits better, at a state that is no
+    failed iterate. Collective."""
+    try:
+        contacts = _that_bend(problem)
+    except FAILURES:  # on all ranks: the failure that is told of counts
+        return []
+    return [
+        f"{' and '.join(zone.facets.spoken for zone in one.zones)} bends under contact, "
+        "or its master does, which takes many iterations with the law at points: try "
+        "AugmentedLagrangian(condition='nodes'), whose gamma accounts for bending"
+        for one, _ in contacts
+    ]
+
+
+def _that_bend(problem: Any) -> list[tuple[Any, Any]]:
+    """Contacts with a law at points and a coefficient far above what their surfaces
+    yield, or one that has stayed soft, and soft coefficients of them. Collective."""
+    contact = problem.contact
+    return [
+        (one, gamma)
+        for one, gamma in zip(contact.contacts, contact.softer(problem.bcs))
+        if gamma is not None
+        and (
+            one.assembly.gamma_is_soft
+            or _largest(gamma) < BENDS * one.assembly.gamma_scale
+        )
+    ]
 
 
 def _is_automatic(pair: tuple[Any, Any]) -> bool:

@@ -49,6 +49,30 @@ def test_it_is_for_bodies_that_bend_and_laws_at_points():
 
 
 @pytest.mark.quick
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "path, proposed",
+    [
+        (lambda: bent(100, 0.3, cells=(30, 1)), ["slave tag 1 bends"]),
+        (lambda: bent(100, 0.3, cells=(30, 1), **NODES), []),
+        (lambda: stacked(3), []),
+    ],
+)
+def test_a_path_that_fails_proposes_the_law_at_nodes_where_bodies_bend(path, proposed):
+    path = path()
+    solver = raymortar.SNESSolver(path.problem)
+    solver.max_it = 1
+    load = raymortar.LoadSteps(
+        solver, path.apply, 1, strategy="halve", max_halvings=0, progress=False
+    )
+    with pytest.raises(raymortar.ConvergenceError) as failure:
+        load.run()
+    text = str(failure.value)
+    assert all(words in text for words in proposed)
+    assert ("AugmentedLagrangian(condition='nodes')" in text) == bool(proposed)
+
+
+@pytest.mark.quick
 def test_gamma_and_tolerances_are_back_after_a_start_that_fails():
     path = bent(100, 0.3, cells=(30, 1))
     problem, solver = path.problem, raymortar.SNESSolver(path.problem)

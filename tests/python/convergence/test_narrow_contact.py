@@ -1,0 +1,75 @@
+"""Contact that jumps from facet to facet of a curved surface is told."""
+
+from __future__ import annotations
+
+import warnings
+
+from petsc4py import PETSc
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from materials import lame
+from slender import held, problem_of
+from strips import strip, tag_where
+
+from raymortar import ContactWarning, LoadSteps, SNESSolver, rigid
+
+LENGTH, THICK, TIP, WIDE = 10.0, 1.5, 8.0, 1.5
+
+
+def lowest(x, lip):
+    """Height of the lower side, with a round lip."""
+    ramp = np.clip((x - TIP) / WIDE, -1.0, 1.0)
+    return -0.5 * lip * (1.0 + np.cos(np.pi * ramp))
+
+
+def passing(cells, lip, mu, overlap=0.2):
+    """What is told where a circle passes below a cantilever, across its lip."""
+
+    def below(x):
+        down = lowest(x[:, 0], lip) * (1.0 - x[:, 1] / THICK)
+        return x + np.column_stack([np.zeros_like(down), down])
+
+    mesh = strip(*cells, LENGTH, THICK, below)
+    tags = tag_where(
+        mesh,
+        lambda x: (x[0] > 5.9) & np.isclose(x[1], lowest(x[0], lip)),
+        lambda x: np.isclose(x[0], 0.0),
+    )
+    start = TIP + 1.0
+    centre = start, lowest(start, lip) - 1.0
+    circle = rigid.Body(rigid.Circle(centre, 1.0), name="nub")
+    zero = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
+    problem = problem_of(
+        mesh,
+        tags,
+        lame(2500.0, 0.35),
+        [(1, circle)],
+        lambda V: [held(V, mesh, tags, 2, zero)],
+        mu,
+    )
+
+    def apply(t):
+        """Up first, then along."""
+        up, along = min(4.0 * t, 1.0), max(4.0 * t - 1.0, 0.0) / 3.0
+        circle.move((-0.9 * along, overlap * up - 0.1 * along))
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        LoadSteps(SNESSolver(problem), apply, 8, progress=False).run()
+    return [str(w.message) for w in caught if "narrower" in str(w.message)]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_lip_of_few_facets_is_told_once_with_place_and_remedy(mu):
+    found = passing((20, 3), 0.8, mu)
+    assert len(found) == 1, found
+    assert "contact of slave tag 1 is narrower than a facet" in found[0]
+    assert "times smaller" in found[0]
+
+
+@pytest.mark.mpi
+def test_facets_of_one_plane_are_not_told():
+    assert passing((20, 3), 0.0, 0.3) == []
