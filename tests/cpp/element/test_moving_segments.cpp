@@ -82,7 +82,7 @@ public:
   }
 
 private:
-  using Block = typename Motion::Kernel::Matrix;
+  using Block = typename Motion::Matrix;
 
   [[nodiscard]] Eigen::Index num_unknowns() const
   {
