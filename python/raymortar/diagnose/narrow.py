@@ -14,7 +14,7 @@ from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 
 # Angle between the normals of two facets from which forces jump by more than a few percent
-# (docs/measured/gamma). Degrees
+# (docs/measured/few_facets). Degrees
 JUMP = 6.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2
