@@ -51,12 +51,16 @@ def jump(zone: ZoneData, W: FunctionSpace) -> tuple[float, str]:
     k = int(np.argmax(angle))
     if angle[k] <= JUMP:
         return 0.0, ""
+    choosing, other = "the steps", ""
+    if not zone.has_law_at_nodes:
+        choosing = "gamma and the steps"
+        other = ". The law at nodes leaves gamma out of that, but jumps as much"
     return float(angle[k]), (
         f"contact of {zone.facets.spoken} is narrower than a facet, and has moved to one, "
         f"at the undeformed {format_point(X[k], X)}, whose normal differs by "
         f"{angle[k]:.2g} degrees: the force jumps by as much from facet to facet, and near "
-        "a jump several results hold, of which gamma and the steps choose one. Make "
-        f"facets there {np.ceil(angle[k] / JUMP):.0f} times smaller"
+        f"a jump several results hold, of which {choosing} choose one. Make facets there "
+        f"{np.ceil(angle[k] / JUMP):.0f} times smaller{other}"
     )
 
 
