@@ -14,7 +14,7 @@ from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 
 # Angle between the normals of two facets from which forces jump by more than a few percent
-# (docs/measured/gamma). Degrees
+# (docs/measured/few_facets). Degrees
 JUMP = 6.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2
@@ -51,12 +51,16 @@ def jump(zone: ZoneData, W: FunctionSpace) -> tuple[float, str]:
     k = int(np.argmax(angle))
     if angle[k] <= JUMP:
         return 0.0, ""
+    choosing, other = "the steps", ""
+    if not zone.has_law_at_nodes:
+        choosing = "gamma and the steps"
+        other = ". The law at nodes leaves gamma out of that, but jumps as much"
     return float(angle[k]), (
         f"contact of {zone.facets.spoken} is narrower than a facet, and has moved to one, "
         f"at the undeformed {format_point(X[k], X)}, whose normal differs by "
         f"{angle[k]:.2g} degrees: the force jumps by as much from facet to facet, and near "
-        "a jump several results hold, of which gamma and the steps choose one. Make "
-        f"facets there {np.ceil(angle[k] / JUMP):.0f} times smaller"
+        f"a jump several results hold, of which {choosing} choose one. Make facets there "
+        f"{np.ceil(angle[k] / JUMP):.0f} times smaller{other}"
     )
 
 
