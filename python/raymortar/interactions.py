@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from operator import attrgetter
 from typing import Any
 
 from dolfinx.fem import Function
@@ -23,9 +22,6 @@ from .results.sums import Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
-
-# Without Python frames: each iterate asks
-_REVISION = attrgetter("present.revision")
 
 
 class Interaction(PointResults, CoupledSystem):
@@ -60,12 +56,6 @@ class Interaction(PointResults, CoupledSystem):
         return self.parts[0].surfaces.bodies
 
     # State
-
-    @property
-    def revision(self) -> int:
-        """Changes so far of all that an assembled residual depends on, except `u` and
-        `multiplier`: pairing, history, coefficient."""
-        return sum(map(_REVISION, self.parts))
 
     @property
     def u_old(self) -> Array:

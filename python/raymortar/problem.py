@@ -285,15 +285,14 @@ class CoupledProblem:
                 "free bodies]. A solver that knows u only, as DOLFINx's own "
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
-        contact, is_first = self.contact, self._revision is None
-        if contact.parts[0].volume is not self._pattern:
-            contact.use_volume(self._pattern)
-        anew = is_first or self._revision != contact.revision
-        if contact.take(x, anew):
-            if is_first:
-                self._hold_segments()
-            self._revision = contact.revision
-        self.evaluate()
+        if self.contact.parts[0].volume is not self._pattern:
+            self.contact.use_volume(self._pattern)
+        seen = self._revision
+        self._revision = self.contact.take(x, seen)
+        if seen is None:
+            self._hold_segments()
+        if self.volume.updated is not None:
+            self.volume.updated.bring()
 
     def evaluate(self) -> None:
         """Call `update`, if the problem was given one, where the unknowns have changed

@@ -20,7 +20,7 @@ from ..errors import SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
-_SCALE = attrgetter("gamma_scale")
+_REVISION, _SCALE = attrgetter("present.revision"), attrgetter("gamma_scale")
 
 
 class CoupledIterates:
@@ -58,6 +58,12 @@ class CoupledIterates:
     def updates(self) -> int:
         """Calls of `update` so far."""
         return min(part.present.updates for part in self.parts)
+
+    @property
+    def revision(self) -> int:
+        """Changes so far of all that an assembled residual depends on, except `u` and
+        `multiplier`: pairing, history, coefficient."""
+        return sum(map(_REVISION, self.parts))
 
     @property
     def preallocations(self) -> int:
@@ -125,26 +131,30 @@ class CoupledIterates:
             for reference in part.surfaces.references:
                 raise_everywhere(self._comm, reference.fault(), SetUpError)
 
-    def take(self, x: PETSc.Vec, anew: bool) -> bool:
+    def take(self, x: PETSc.Vec, seen: int | None) -> int:
         """Take over an iterate: unknowns, pairing, integration. Collective.
+
+        Nothing is done if x is the last one and `seen`, the revision when it was taken,
+        is the present one.
 
         Returns
         -------
-        Whether anything was done.
+        The revision.
         """
-        cpp = self.cpp
+        cpp, now = self.cpp, sum(map(_REVISION, self.parts))
+        anew = seen != now
         if cpp.loads_changed():
             anew = True
             for part in self.parts:
                 part.present.check_loads()
         if not cpp.set_unknowns(x.handle, list(map(_SCALE, self.parts)), anew):
-            return False
+            return now
         if not self.unknowns.is_plain:
             self.unknowns.pull()
         if not (self.unknowns.is_plain and cpp.is_finite()):
             self._require_finite()
         self._pair(cpp, False)
-        return True
+        return sum(map(_REVISION, self.parts))
 
     @property
     def _scales(self) -> list[float]:
