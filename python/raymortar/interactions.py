@@ -10,13 +10,13 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .discretization.bodies import Bodies
 from .discretization.layout import CoupledRows
+from .discretization.surfaces import Bodies
 from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
 from .interface.pairs import Pair, PairTable
-from .interface.state import JointState, State
+from .interface.present import JointState, State
 from .results.points import PointResults
 from .results.sums import Statistics, statistics
 from .rigid.body import Body

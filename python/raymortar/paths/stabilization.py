@@ -14,10 +14,10 @@ import numpy as np
 from ..compat import Array, Mask
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
-from ..discretization.bodies import bodies_of_facets
 from ..discretization.ranks import ends_of
+from ..discretization.surfaces import bodies_of_facets
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.state import State
+from ..interface.present import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from .prediction import Backoff

@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import compat
 from ..compat import Array
+from ..discretization.facets import shape_functions
 from ..discretization.joined import Places, unrolled
 from ..discretization.ranks import destroy, marked_everywhere
-from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from ..system.entries import block_diagonal, node_blocks
