@@ -290,7 +290,13 @@ class CoupledProblem:
         seen = self._revision
         self._revision = self.contact.take(x, seen)
         if seen is None:
-            self._hold_segments()
+            # The motion of segments below rigid bodies that have moved in this step is
+            # left out of the tangent. It is not lifted, so that the first residual is
+            # that of gaps that close in this iteration: rims move by gap times rotation,
+            # and from there on by next to nothing
+            for zone in self.contact.zones:
+                if zone.motions.have_moved():
+                    zone.cpp.cast()
         if self.volume.updated is not None:
             self.volume.updated.bring()
 
@@ -299,15 +305,6 @@ class CoupledProblem:
         since its last call. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.bring()
-
-    def _hold_segments(self) -> None:
-        """Leave the motion of segments out of the tangent below rigid bodies that have
-        moved in this step. Their motion is not lifted, so that the first residual is
-        that of gaps that close in this iteration: rims move by gap times rotation, and
-        from there on by next to nothing."""
-        for zone in self.contact.zones:
-            if zone.motions.have_moved():
-                zone.cpp.cast()
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""

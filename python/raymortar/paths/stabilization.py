@@ -267,7 +267,15 @@ class Stabilization:
         before = self._contact.state()
         self._viscosity.begin()
         for attempt in range(ATTEMPTS):
-            self._require_progress()
+            # Steps that arrive take fewer tangents
+            taken = self._problem.tangents - self._begun
+            if not self.is_asked_for and taken > MOST_TANGENTS:
+                self.gave_up = (
+                    f"viscous forces have not faded after {taken} tangents, where steps "
+                    f"that arrive need less than {MOST_TANGENTS}: stabilize=True goes on "
+                    "for longer"
+                )
+                raise ConvergenceError(self.gave_up)
             try:
                 with self._viscosity.acting(scale):
                     iterations = solve()
@@ -289,16 +297,6 @@ class Stabilization:
             "a body that contact alone holds moves by more than the size of its "
             f"facets, {self._limit:.3g}, in one solve"
         )
-
-    def _require_progress(self) -> None:
-        """Give up where the forces have taken more tangents than steps that arrive."""
-        taken = self._problem.tangents - self._begun
-        if not self.is_asked_for and taken > MOST_TANGENTS:
-            self.gave_up = (
-                f"viscous forces have not faded after {taken} tangents, where steps that "
-                f"arrive need less than {MOST_TANGENTS}: stabilize=True goes on for longer"
-            )
-            raise ConvergenceError(self.gave_up)
 
     def _motions(self) -> tuple[Array, float]:
         """Find the motions of all bodies and the largest of loose ones. Collective."""

@@ -17,7 +17,7 @@ from ..discretization.joined import parts_of
 from ..discretization.tagged import Part
 from ..errors import ContactError, as_path, is_whole_number, together, warn
 from ..interface import point_results as at_points
-from ..interface.pairs import PairTable, as_label
+from ..interface.pairs import PairTable, as_label, names_by_tag
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
@@ -54,19 +54,14 @@ class Meeting:
         return f"{self.one} and {self.other}: {self.points} points, force ({force})"
 
 
-def part_name(part: Part, names: Mapping[str, Any]) -> str:
-    """Name a part of a surface."""
-    if part.tag is None:
-        return f"body_{part.body}"
-    known = {tag: name for name, tag in reversed(list(names.items()))}
-    name = str(known.get(part.tag, part.tag))
-    return name if part.body is None else f"{name}_{part.body}"
-
-
 def names_of(zones: Sequence[ZoneData], pairs: PairTable, i: int) -> list[str]:
     """Names of the parts of a slave surface, in their order."""
-    names = pairs.names_at(i)
-    return [part_name(part, names) for part in zones[i].facets.parts]
+    known = names_by_tag(pairs.names_at(i))
+    found = []
+    for part in zones[i].facets.parts:
+        name = "body" if part.tag is None else str(known.get(part.tag, part.tag))
+        found.append(name if part.body is None else f"{name}_{part.body}")
+    return found
 
 
 def chosen_parts(

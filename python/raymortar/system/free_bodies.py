@@ -76,7 +76,12 @@ class FreeBodies:
         """Artificial stiffness against loose motions, (n, n). Collective."""
         size = float(np.linalg.norm(push.unmet))
         if size == 0.0:
-            stiffness = self._mean_stiffness()
+            # The mean of the volume's dofs
+            if self._stiffness is None:
+                diagonal = np.abs(self._system.stiffness_diagonal)
+                sums = self._comm.allreduce(np.array([diagonal.sum(), len(diagonal)]))
+                self._stiffness = float(sums[0] / sums[1])
+            stiffness = self._stiffness
         else:
             way, ahead = push.way, np.inf
             if way is not None:
@@ -85,14 +90,6 @@ class FreeBodies:
             far = self._size if turns or not np.isfinite(ahead) else ahead
             stiffness = size / (far + LEAST * self._size)
         return stiffness * push.loose @ push.loose.T
-
-    def _mean_stiffness(self) -> float:
-        """Mean stiffness of the volume's dofs. Force per length. Collective."""
-        if self._stiffness is None:
-            diagonal = np.abs(self._system.stiffness_diagonal)
-            sums = self._comm.allreduce(np.array([diagonal.sum(), len(diagonal)]))
-            self._stiffness = float(sums[0] / sums[1])
-        return self._stiffness
 
     def push(self, body: Body) -> Push:
         """Forces on a body at the last update. Collective."""

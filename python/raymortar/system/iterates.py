@@ -73,13 +73,8 @@ class CoupledIterates:
     @property
     def cpp(self) -> _cpp.ContactSystem:
         """The C++ system of the present rows."""
-        if self._cpp is None or self._cpp[0] is not self.layout.made_values:
-            values = self.layout.values
-            self._cpp = values, self._cpp_system(values)
-        return self._cpp[1]
-
-    def _cpp_system(self, values: _cpp.CoupledValues) -> _cpp.ContactSystem:
-        """Make the C++ system."""
+        if self._cpp is not None and self._cpp[0] is self.layout.made_values:
+            return self._cpp[1]
         zones = [
             _cpp.SystemZone(
                 zone=zone.cpp,
@@ -94,9 +89,11 @@ class CoupledIterates:
             for k, part in enumerate(self.parts)
             for zone in part.zones
         ]
+        values = self.layout.values
         made = _cpp.ContactSystem(zones, self.u.x.array, values)
         if self._groups is not None:
             made.set_groups(*self._groups)
+        self._cpp = values, made
         return made
 
     # Iterates
