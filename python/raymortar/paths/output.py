@@ -1,4 +1,4 @@
-"""What a path writes: files of its steps, and lines of its progress."""
+"""Outputs of a path: files of its steps, and lines of its progress."""
 
 from __future__ import annotations
 

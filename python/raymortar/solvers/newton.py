@@ -369,7 +369,7 @@ class SNESSolver(CoupledSolver):
         self.problem.form(self.x)
         reason = snes.getConvergedReason()
         if reason == NO_DESCENT:
-            # Of a residual that is rounding error no line search finds a smaller one
+            # No line search reduces a residual that is rounding error
             self.problem.F(self.x, self.b)
             limits = self.tolerances[0], self.force_tolerance
             if self.problem.convergence.reached(*limits, at_once=True):
