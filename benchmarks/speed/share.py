@@ -7,7 +7,7 @@ from stages import clock
 
 import raymortar
 from raymortar import compat
-from raymortar.solvers.snes import SNESSolver
+from raymortar.solvers.newton import SNESSolver
 
 # Options of `Blocks` by what the contact is
 KINDS = {

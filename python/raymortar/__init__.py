@@ -15,18 +15,23 @@ from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
-from .options.friction import Coulomb, Friction, Stick, Tresca
-from .options.methods import AugmentedLagrangian, Penalty, Search
+from .options.methods import (
+    AugmentedLagrangian,
+    Coulomb,
+    Friction,
+    Penalty,
+    Search,
+    Stick,
+    Tresca,
+)
 from .paths.checkpoint import Checkpoint
-from .paths.control import ArcLength, DisplacementControl
 from .paths.history import History
+from .paths.load_path import ArcLength, DisplacementControl
 from .paths.load_steps import LoadSteps
-from .paths.output import Output
-from .paths.progress import LoadStep
+from .paths.output import LoadStep, Output
 from .plotting.movie import Movie
 from .plotting.picture import plot
-from .solvers.newton import NewtonSolver
-from .solvers.snes import SNESSolver
+from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
 from .system.tool_part import ToolField
 from .tie import FieldTie, Tie

@@ -14,7 +14,7 @@ import numpy as np
 from .compat import Array
 from .contact import Contact
 from .discretization.unknowns import Lacking
-from .errors import ContactError, SetUpError, described, raise_everywhere, together
+from .errors import ContactError, SetUpError, described, together
 from .problem import CoupledProblem
 from .system.condensation import ELIMINATED, Condensation
 
@@ -160,7 +160,14 @@ class CondensedProblem:
         What it lacks of prescribed values, and the rows of the form with these lifted.
         """
         problem, contact, condensation = self.coupled, self.contact, self._condensation
-        raise_everywhere(self.comm, self._offset_fault(), SetUpError)
+        with together(self.comm):
+            for zone in contact.zones:
+                found = zone.offset, zone.adjustment
+                if zone.frictional and any(o is not None and o.any() for o in found):
+                    raise SetUpError(
+                        "CondensedProblem has no offset with friction, whose couple acts "
+                        "on several slave nodes: take NonlinearProblem"
+                    )
         contact.constrained(self.bcs)
         condensation.set_prescribed(problem.prescribed)
         self._set(slice(0, self._n), x.array_r[: self._n])
@@ -174,17 +181,6 @@ class CondensedProblem:
         self._set(slice(self._n, None), condensation.multipliers(alone))
         self._is_balanced = True
         return lacking, volume
-
-    def _offset_fault(self) -> str | None:
-        """Say whether friction acts at a distance from slave nodes: on several rows."""
-        for zone in self.contact.zones:
-            found = zone.offset, zone.adjustment
-            if zone.frictional and any(o is not None and o.any() for o in found):
-                return (
-                    "CondensedProblem has no offset with friction, whose couple acts on "
-                    "several slave nodes: take NonlinearProblem"
-                )
-        return None
 
     def _set(self, part: slice, values: Array) -> None:
         """Set a part of all unknowns, and take them over."""

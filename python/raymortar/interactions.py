@@ -4,28 +4,24 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from operator import attrgetter
 from typing import Any
 
 from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .discretization.bodies import Bodies
 from .discretization.layout import CoupledRows
+from .discretization.surfaces import Bodies
 from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
 from .interface.pairs import Pair, PairTable
-from .interface.state import JointState, State
+from .interface.present import JointState, State
 from .results.points import PointResults
 from .results.sums import Statistics, statistics
 from .rigid.body import Body
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
-
-# Without Python frames: each iterate asks
-_REVISION = attrgetter("present.revision")
 
 
 class Interaction(PointResults, CoupledSystem):
@@ -60,12 +56,6 @@ class Interaction(PointResults, CoupledSystem):
         return self.parts[0].surfaces.bodies
 
     # State
-
-    @property
-    def revision(self) -> int:
-        """Changes so far of all that an assembled residual depends on, except `u` and
-        `multiplier`: pairing, history, coefficient."""
-        return sum(map(_REVISION, self.parts))
 
     @property
     def u_old(self) -> Array:

@@ -13,7 +13,7 @@ from .diagnose.failure import describe
 from .errors import ContactError, ConvergenceError, require_agreement, together, warn
 from .flux import Flux
 from .problem import CoupledProblem
-from .solvers.snes import SNESSolver
+from .solvers.newton import SNESSolver
 from .tie import FieldTie
 
 # PETSc's option of that name

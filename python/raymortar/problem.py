@@ -285,30 +285,26 @@ class CoupledProblem:
                 "free bodies]. A solver that knows u only, as DOLFINx's own "
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
-        contact, is_first = self.contact, self._revision is None
-        if contact.parts[0].volume is not self._pattern:
-            contact.use_volume(self._pattern)
-        anew = is_first or self._revision != contact.revision
-        if contact.take(x, anew):
-            if is_first:
-                self._hold_segments()
-            self._revision = contact.revision
-        self.evaluate()
+        if self.contact.parts[0].volume is not self._pattern:
+            self.contact.use_volume(self._pattern)
+        seen = self._revision
+        self._revision = self.contact.take(x, seen)
+        if seen is None:
+            # The motion of segments below rigid bodies that have moved in this step is
+            # left out of the tangent. It is not lifted, so that the first residual is
+            # that of gaps that close in this iteration: rims move by gap times rotation,
+            # and from there on by next to nothing
+            for zone in self.contact.zones:
+                if zone.motions.have_moved():
+                    zone.cpp.cast()
+        if self.volume.updated is not None:
+            self.volume.updated.bring()
 
     def evaluate(self) -> None:
         """Call `update`, if the problem was given one, where the unknowns have changed
         since its last call. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.bring()
-
-    def _hold_segments(self) -> None:
-        """Leave the motion of segments out of the tangent below rigid bodies that have
-        moved in this step. Their motion is not lifted, so that the first residual is
-        that of gaps that close in this iteration: rims move by gap times rotation, and
-        from there on by next to nothing."""
-        for zone in self.contact.zones:
-            if zone.motions.have_moved():
-                zone.cpp.cast()
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""

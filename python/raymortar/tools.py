@@ -180,7 +180,11 @@ def by_body(
         if bare:
             tags = sorted(set(map(int, cell_tags.values)) - set(table))
             known = names or {}
-            called = {_tag(n, known): n for n in known if _is_body(mesh, known[n])}
+            called = {
+                _tag(name, known): name
+                for name, group in known.items()
+                if not isinstance(group, tuple) or group[0] == mesh.topology.dim
+            }
             lacking = [
                 spoken_tag(k, called[k]) if k in called else str(k) for k in tags
             ]
@@ -189,11 +193,6 @@ def by_body(
                 f"value are [{', '.join(lacking)}]"
             )
     return field
-
-
-def _is_body(mesh: Mesh, group: Any) -> bool:
-    """Whether a tag, or (dimension, tag), may be one of cells."""
-    return not isinstance(group, tuple) or group[0] == mesh.topology.dim
 
 
 def _tag(key: int | str, names: Mapping[str, Any] | None) -> int:

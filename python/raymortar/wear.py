@@ -12,10 +12,9 @@ from . import compat
 from .compat import Array
 from .contact import Contact, require_point_tractions
 from .convergence.anderson import Anderson
-from .discretization.facets import facet_dof_table
+from .discretization.facets import facet_dof_table, shape_functions
 from .discretization.ranks import largest as largest_of
 from .discretization.ranks import sums_at
-from .discretization.reference_facets import shape_functions
 from .discretization.surfaces import surface_normals
 from .errors import (
     ContactError,

@@ -10,8 +10,7 @@ from dolfinx import mesh as dmesh
 
 from meshes.from_arrays import create_mesh
 from raymortar import compat
-from raymortar.discretization.facets import tagged_facets
-from raymortar.discretization.reference_facets import normals, shape_functions
+from raymortar.discretization.facets import normals, shape_functions, tagged_facets
 
 COMM = MPI.COMM_WORLD
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

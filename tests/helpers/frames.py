@@ -15,7 +15,7 @@ from problems import build, fix
 
 from meshes.meshing import Scene
 from raymortar import SNESSolver, compat
-from raymortar.discretization.reference_facets import shape_functions
+from raymortar.discretization.facets import shape_functions
 
 
 def quarter_turn(dim):

@@ -18,7 +18,7 @@ from problems import COMM, DIMENSION, SOLVERS, cellwise, fix, gradient
 
 import raymortar
 from raymortar import NonlinearProblem, compat
-from raymortar.discretization.reference_facets import shape_functions
+from raymortar.discretization.facets import shape_functions
 
 # Pressure that iterations start from; about that of all the fields. Without any,
 # friction has no cone at first

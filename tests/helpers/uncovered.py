@@ -7,7 +7,7 @@ from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
 
 from raymortar import compat
-from raymortar.discretization.reference_facets import shape_functions
+from raymortar.discretization.facets import shape_functions
 
 
 def uncovered_areas(contact):

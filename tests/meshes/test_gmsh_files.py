@@ -11,7 +11,7 @@ import pytest
 from problems import COMM
 
 from raymortar import ContactError, compat, io
-from raymortar.discretization.bodies import find_bodies
+from raymortar.discretization.surfaces import find_bodies
 
 gmsh = pytest.importorskip("gmsh")
 

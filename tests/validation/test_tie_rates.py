@@ -11,7 +11,7 @@ from tying import NU, E, outer
 
 from meshes.scenes import two_blocks
 from raymortar import NonlinearProblem, SNESSolver, Tie, compat
-from raymortar.discretization.reference_facets import shape_functions
+from raymortar.discretization.facets import shape_functions
 
 # J2: rates
 

@@ -13,4 +13,3 @@ from .forms import *
 from .generation import *
 from .gmsh import *
 from .meshes import *
-from .petsc import *

@@ -117,10 +117,11 @@ def assemble_jacobian(A: PETSc.Mat, a: Any, bcs: Sequence[Any]) -> None:
     """
     bcs = [unwrap(bc) for bc in bcs]
     # Unrolled: the multiplier's rows leave the matrix no common block size.
-    _cpp.fem.petsc.assemble_matrix(A, *_packed(a), bcs, True)
+    form, *values = _packed(a)
+    _cpp.fem.petsc.assemble_matrix(A, form, *values, bcs, True)
     # PETSc refuses to mix adding and inserting without a flush between them.
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-    _cpp.fem.petsc.insert_diagonal(A, test_space(a), bcs, 1.0)
+    _cpp.fem.petsc.insert_diagonal(A, form.function_spaces[0], bcs, 1.0)
     A.assemble(PETSc.Mat.AssemblyType.FLUSH)
 
 

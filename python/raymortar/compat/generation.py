@@ -1,7 +1,8 @@
-"""Types, versions, vectors and Lagrange elements that all of compat uses."""
+"""Types, versions, vectors, Lagrange elements and options of PETSc that all of compat uses."""
 
 from __future__ import annotations
 
+import ctypes
 import functools
 from dataclasses import dataclass
 from typing import Any
@@ -128,3 +129,20 @@ def quadrature(shape_name: str, degree: int) -> tuple[Array, Array]:
     points, weights = (np.array(part, dtype=np.float64) for part in rule)
     points.flags.writeable = weights.flags.writeable = False
     return points, weights
+
+
+def option_was_read(name: str) -> bool:
+    """Whether anything has read an option that is in PETSc's table now.
+
+    Parameters
+    ----------
+    name
+        With its prefix and without a dash.
+    """
+    # The module's own symbols include those of the libraries that it is linked with.
+    # PETSc writes an int or a byte, by its version
+    used = ctypes.c_int(0)
+    ctypes.CDLL(PETSc.__file__).PetscOptionsUsed(
+        None, name.encode(), ctypes.byref(used)
+    )
+    return used.value != 0

@@ -111,7 +111,11 @@ def read_gmsh(
                 model = stack.enter_context(_opened(Path(source)))
             if here:
                 _check_model(model)
-        names = comm.bcast(_physical_names(model) if here else None, root=rank)
+        names: dict[str, tuple[int, int]] = {}
+        for dim, tag in model.getPhysicalGroups() if here else ():
+            names[model.getPhysicalName(dim, tag)] = int(dim), int(tag)
+        names = comm.bcast(names, root=rank)
+        names.pop("", None)
         convert = _model_to_mesh(model, comm, gdim, rank, partition)
         # A tuple before 0.10, a named tuple with further tags since.
         mesh, cell_tags, facet_tags = convert(model, comm, rank, gdim=gdim)[:3]
@@ -191,7 +195,16 @@ def _check_facets(model: Any, groups: Any, cells: Any, kind: int) -> None:
                 found = np.asarray(nodes, dtype=np.int64).reshape(-1, width)
                 rows[tag] += map(tuple, np.sort(found[:, :count], axis=1).tolist())
     n = 4 if corners == 8 else dim + 1
-    faces = np.concatenate([_faces(mesh, kind, n, *e) for e in cells]).reshape(-1, n)
+    # Corners of the facets of each cell, n for each facet
+    faces = np.concatenate(
+        [
+            mesh.getElementEdgeNodes(kind, entity, True)
+            if of_dim == 2
+            else mesh.getElementFaceNodes(kind, n, entity, True)
+            for of_dim, entity in cells
+        ]
+    )
+    faces = faces.astype(np.int64).reshape(-1, n)
     nodes = [node for of_group in rows.values() for row in of_group for node in row]
     is_used = np.bincount(np.array(nodes, int), minlength=faces.max() + 1) > 0
     near = faces[is_used[faces].all(axis=1)]
@@ -208,15 +221,6 @@ def _check_facets(model: Any, groups: Any, cells: Any, kind: int) -> None:
             )
 
 
-def _faces(mesh: Any, kind: int, n: int, dim: int, entity: int) -> Any:
-    """Corners of the facets of each cell of an entity, n for each facet."""
-    if dim == 2:
-        found = mesh.getElementEdgeNodes(kind, entity, True)
-    else:
-        found = mesh.getElementFaceNodes(kind, n, entity, True)
-    return np.asarray(found, dtype=np.int64)
-
-
 def _converter() -> Any:
     """Import DOLFINx's module for Gmsh, which loads Gmsh."""
     try:
@@ -224,13 +228,6 @@ def _converter() -> Any:
     except ImportError:
         from dolfinx.io import gmshio as converter
     return converter
-
-
-def _physical_names(model: Any) -> dict[str, tuple[int, int]]:
-    """Collect the named physical groups of a Gmsh model."""
-    groups = [(int(dim), int(tag)) for dim, tag in model.getPhysicalGroups()]
-    names = {model.getPhysicalName(*group): group for group in groups}
-    return {name: group for name, group in names.items() if name}
 
 
 def _partitioner(model: Any, gdim: int, partition: Partition, size: int) -> Any:

@@ -10,9 +10,8 @@ import numpy as np
 
 from .. import compat
 from ..compat import Array
-from ..discretization.facets import coordinates
+from ..discretization.facets import coordinates, match_points
 from ..discretization.joined import parts_of, places_of
-from ..discretization.reference_facets import match_points
 from ..errors import format_point
 from ..interactions import Interaction
 

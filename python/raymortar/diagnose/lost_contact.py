@@ -14,8 +14,8 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..convergence.balance import EPS, largest_by
-from ..discretization.bodies import bodies_of_facets
 from ..discretization.ranks import ends_of
+from ..discretization.surfaces import bodies_of_facets
 from ..errors import format_point
 from ..interactions import Interaction
 from ..interface.point_results import CLOSED, OPEN

@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..compat import Array
+from ..discretization.facets import facet_nodes
 from ..discretization.ranks import ends_of, of_all
-from ..discretization.reference_facets import facet_nodes
 from ..discretization.surfaces import Surface
 from ..errors import format_point, warn
 from ..interactions import Interaction

@@ -27,8 +27,7 @@ from ..interface.stiffness import mean_facet_size, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
-from ..rigid.body import Body
-from ..rigid.motions import LARGEST_TURN
+from ..rigid.body import LARGEST_TURN, Body
 from .failure import automatic_gamma, compared, corner_between, describe
 from .inverted import inverted_cells
 from .lost_contact import lost_contact

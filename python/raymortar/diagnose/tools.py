@@ -16,7 +16,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Mask
-from ..discretization.reference_facets import N_CORNERS, facet_nodes
+from ..discretization.facets import N_CORNERS, facet_nodes
 from ..interactions import Interaction
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData, positions, unit_normals

@@ -2,7 +2,7 @@
 
 - unknowns: the unknowns: a displacement alone or beside others
 - joined: several meshes as one
-- facets, tagged: tagged facets, turned outward
+- facets, tagged: tagged facets and facets of all bodies, turned outward
 - layout: the numbering of all unknowns
 - slave_fields: fields on slave facets, from numbers, Functions or callables; Functions that
   terms bring

@@ -15,14 +15,13 @@ from dolfinx.fem import Function, FunctionSpace
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Indices, Mask
+from ..compat import Array, Mask
 from ..errors import ContactError, format_point, raise_everywhere, together, warn
 from ..rigid.body import Body
 from . import facets as lookup
-from .facets import FACETS_PER_CELL, Facets, coordinates
+from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
 from .joined import parts_of
 from .ranks import count_marks
-from .reference_facets import FACET_SHAPE, normals
 from .surfaces import facet_areas
 
 # A facet narrower than this fraction of its cell has no usable normal.
@@ -193,21 +192,6 @@ def _refuse(mesh: Mesh, facets: Facets, faults: dict[str, Mask]) -> None:
                 )
 
 
-def _cell_jacobians(mesh: Mesh, cells: Indices) -> tuple[Array, Array]:
-    """Determinants of the Jacobian at the nodes of cells, (n_cells, n), and bounds.
-
-    The bound is the product of the columns' lengths: the determinant has it if they are
-    orthogonal.
-    """
-    element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
-    X = coordinates(mesh)[compat.geometry_dofmap(mesh)[cells]]
-    with np.errstate(invalid="ignore"):  # the result shows what is not finite
-        columns = np.array([gradients @ X for gradients in element.gradients])
-        # The last column along the normal of the others
-        determinant = np.sum(normals(columns[:-1]) * columns[-1], axis=-1)
-        return determinant, np.prod(np.linalg.norm(columns, axis=-1), axis=0)
-
-
 def check_cells(mesh: Mesh, facets: Facets) -> None:
     """Refuse facets of cells that are folded or have no volume.
 
@@ -216,7 +200,14 @@ def check_cells(mesh: Mesh, facets: Facets) -> None:
     vanish at some of them: at a vertex with an angle of 180 degrees, or at a node moved
     to the quarter of an edge.
     """
-    determinant, bound = _cell_jacobians(mesh, facets.cells)
+    element = compat.basix_element(compat.cell_name(mesh), compat.geometry_degree(mesh))
+    X = coordinates(mesh)[compat.geometry_dofmap(mesh)[facets.cells]]
+    with np.errstate(invalid="ignore"):  # the result shows what is not finite
+        columns = np.array([gradients @ X for gradients in element.gradients])
+        # The last column along the normal of the others
+        determinant = np.sum(normals(columns[:-1]) * columns[-1], axis=-1)
+        # The determinant is as large if the columns are orthogonal
+        bound = np.prod(np.linalg.norm(columns, axis=-1), axis=0)
     size = np.abs(determinant).max(axis=1)
     fold = np.minimum(determinant.max(axis=1), -determinant.min(axis=1))
     faults = {

@@ -17,25 +17,22 @@ from scipy.sparse import csr_array
 from .. import compat
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError, together
-from .bodies import connected
 from .facets import (
+    N_CORNERS,
     Facets,
     Global,
     all_exterior_facets,
     coordinates,
+    dot,
     facet_ids,
     facet_node_table,
-)
-from .joined import NUMBERS_OF_PART
-from .ranks import count_marks
-from .reference_facets import (
-    N_CORNERS,
-    dot,
     facet_nodes,
     middle_normals,
     shape_functions,
 )
-from .surfaces import Surface
+from .joined import NUMBERS_OF_PART
+from .ranks import count_marks
+from .surfaces import Surface, connected
 
 # Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
 # tell the surface

@@ -268,19 +268,14 @@ def _earlier_state(form: ufl.Form, f: Function) -> Function | None:
         if part.integral_type() != "cell" or not others or f not in plain:
             continue
         J = derivative(ufl.Form([part]), f, expanded=True)
-        if J is not None and _is_mass_like(J):
+        # Whether a term of it differentiates neither argument
+        if J is not None and any(
+            set(J.arguments()) <= _undifferentiated(term)
+            for one in J.integrals()
+            for term in _terms(one.integrand())
+        ):
             return others[0]
     return None
-
-
-def _is_mass_like(J: ufl.Form) -> bool:
-    """Whether a term of a bilinear form differentiates neither argument."""
-    arguments = set(J.arguments())
-    return any(
-        arguments <= _undifferentiated(term)
-        for part in J.integrals()
-        for term in _terms(part.integrand())
-    )
 
 
 def _terms(expression: Any) -> Iterator[Any]:

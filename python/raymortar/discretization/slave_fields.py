@@ -20,16 +20,18 @@ from scipy.spatial import cKDTree
 from .. import compat
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError, described, is_real_number, together
-from .facets import Facets, coordinates, facet_node_table
-from .joined import Displacement
-from .ranks import keep_communicator
-from .reference_facets import (
+from .facets import (
     FACET_SHAPE,
     N_CORNERS,
+    Facets,
+    coordinates,
+    facet_node_table,
     facet_nodes,
     match_points,
     shape_functions,
 )
+from .joined import Displacement
+from .ranks import keep_communicator
 from .tagged import ZoneFacets
 from .unknowns import Unknowns
 

@@ -10,9 +10,18 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from .facets import Facets, coordinates, facet_corners, points_inward
+from .facets import (
+    FACET_SHAPE,
+    Facets,
+    coordinates,
+    dot,
+    facet_corners,
+    match_points,
+    middle_normals,
+    points_inward,
+    units,
+)
 from .ranks import index_among, of_all
-from .reference_facets import FACET_SHAPE, dot, match_points, middle_normals, units
 
 # A ray stops after this many cells: the body is thicker than its length
 MOST_CELLS = 64

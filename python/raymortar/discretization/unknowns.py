@@ -110,6 +110,8 @@ class Unknowns:
         What is solved for. Until a problem is made, the displacement as it was given.
     starts, owned_starts
         First local and first owned unknown of each Function, then their number.
+    u_local, u_owned
+        Local unknowns of the displacement's local dofs, and owned ones of its owned dofs.
     """
 
     def __init__(self, given: Function | Sequence[Function]) -> None:
@@ -178,11 +180,17 @@ class Unknowns:
 
     def _update(self) -> None:
         """Find what the present functions determine."""
-        self.starts, self.owned_starts = self._starts_now(True), self._starts_now(False)
+        maps = [compat.unknowns_of(f) for f in self.functions]
+        owned = [bs * index_map.size_local for index_map, bs in maps]
+        self._arrays = [f.x.array for f in self.functions]
+        self.starts = np.cumsum([0, *map(len, self._arrays)])
+        self.owned_starts = np.cumsum([0, *owned])
         # Whether the displacement of one Function is the only unknown
         one = len(self.functions) == 1
-        self.is_plain = one and self.displacements[0].component is None
-        self._arrays = [f.x.array for f in self.functions]
+        moved = self.displacements
+        self.is_plain = one and moved[0].component is None
+        self.u_local = self._places(self.starts, [len(d.dofs) for d in moved])
+        self.u_owned = self._places(self.owned_starts, [d.size_owned for d in moved])
 
     def absence(self, functions: Sequence[Function]) -> str:
         """A message for Functions of which none has the displacement."""
@@ -194,33 +202,11 @@ class Unknowns:
 
     # Places of unknowns
 
-    def _starts_now(self, ghosts: bool) -> Places:
-        """First local or owned unknown of each Function, then their number."""
-        sizes = [0]
-        for f in self.functions:
-            index_map, bs = compat.unknowns_of(f)
-            n = index_map.size_local + (index_map.num_ghosts if ghosts else 0)
-            sizes.append(n * bs)
-        return np.cumsum(sizes)
-
-    @property
-    def u_local(self) -> Places | slice:
-        """Local unknowns of the displacement's local dofs."""
-        if self.is_plain:
-            return slice(0, len(self.u.x.array))
-        return self._places(self.starts, [len(d.dofs) for d in self.displacements])
-
-    @property
-    def u_owned(self) -> Places | slice:
-        """Owned unknowns of the displacement's owned dofs."""
-        sizes = [d.size_owned for d in self.displacements]
-        if self.is_plain:
-            return slice(0, sizes[0])
-        return self._places(self.owned_starts, sizes)
-
-    def _places(self, starts: Places, sizes: Sequence[int]) -> Places:
+    def _places(self, starts: Places, sizes: Sequence[int]) -> Places | slice:
         """Unknowns of the first dofs of each displacement, in the order of `u`'s
         dofs."""
+        if self.is_plain:
+            return slice(0, sizes[0])
         places = np.empty(sum(sizes), dtype=np.int64)
         for k, (d, n) in enumerate(zip(self.displacements, sizes)):
             places[self.u_places(k)[:n]] = d.dofs[:n] + starts[d.at]
@@ -273,7 +259,9 @@ class Unknowns:
 
     def values(self) -> Array:
         """Copy of all local unknowns."""
-        return np.concatenate(self._arrays)
+        # A residual asks: `concatenate` enters further functions
+        arrays = self._arrays
+        return arrays[0].copy() if len(arrays) == 1 else np.concatenate(arrays)
 
     def set_values(self, values: Array) -> None:
         """Set all local unknowns, the displacement included."""

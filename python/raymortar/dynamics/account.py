@@ -152,7 +152,7 @@ class Account:
         stored = self._stored()
         mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
         self._work += self._works(mean, change, stored, self._stored_then)
-        self._of_bodies += self._bodies.work_of_contact(), self._bodies.work()
+        self._of_bodies += self._bodies.work_of_contact, self._bodies.work()
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
         self._rows, self._push = rows, pushes
@@ -233,14 +233,15 @@ class Account:
         if self._energy is not None:
             found["elastic"] = lambda: float(self.now.elastic or 0.0)
         axes = "xyz"[: self._d]
-        for k, name in enumerate(f"momentum_{x}" for x in axes):
-            found[name] = partial(self._entry, 0, k)
         turns = [""] if self._d == 2 else [f"_{x}" for x in axes]
-        for k, name in enumerate(f"moment_of_momentum{x}" for x in turns):
-            found[name] = partial(self._entry, 1, k)
+        names = [f"momentum_{x}" for x in axes], [
+            f"moment_of_momentum{x}" for x in turns
+        ]
+        for of, one in enumerate(names):
+            for k, name in enumerate(one):
+                found[name] = partial(
+                    lambda *at: float(self.moments[at[0]][at[1]]), of, k
+                )
         for k, name in enumerate(self._impulse_names()):
             found[name] = partial(lambda k: float(self._impulse.flat[k]), k)
         return found
-
-    def _entry(self, which: int, k: int) -> float:
-        return float(self.moments[which][k])

@@ -153,7 +153,14 @@ class Inertia:
         destroy(self._M, self._Q, self._free)
         self._free = self._Q = None
         M = coupled_mass(layout, self._compiled)
-        _require_no_negative(M)
+        diagonal = M.getDiagonal()
+        least, most = diagonal.min()[1], diagonal.max()[1]
+        diagonal.destroy()
+        if least < -ROUNDING * abs(most):
+            raise SetUpError(
+                f"the form of inertia has a negative mass, {least:.6g} at one unknown: "
+                "the density rho of rho * inner(a, v) must not be negative"
+            )
         if self.mass != "consistent":
             self._Q = replacement(self.contact, layout, M, self.mass)
             whole = M.ptap(self._Q)
@@ -239,18 +246,6 @@ class Inertia:
         """
         given = list(a) if isinstance(a, (list, tuple)) else [a]
         return self.times(owned_values(self.contact.unknowns, given, "a"))
-
-
-def _require_no_negative(M: PETSc.Mat) -> None:
-    """Raise if some unknown has a negative mass. Collective."""
-    diagonal = M.getDiagonal()
-    least, most = diagonal.min()[1], diagonal.max()[1]
-    diagonal.destroy()
-    if least < -ROUNDING * abs(most):
-        raise SetUpError(
-            f"the form of inertia has a negative mass, {least:.6g} at one unknown: the "
-            "density rho of rho * inner(a, v) must not be negative"
-        )
 
 
 def owned_values(unknowns: Any, given: Sequence[Any], name: str) -> Array:

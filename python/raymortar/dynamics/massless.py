@@ -12,7 +12,7 @@ from dolfinx.fem.petsc import assemble_matrix
 from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import marked_everywhere
-from ..errors import SetUpError, format_point, raise_everywhere
+from ..errors import SetUpError, format_point, together
 from ..system.entries import in_own_rows, joined, values_at
 
 # Layers of cells around a node in which neighbours are looked for
@@ -150,33 +150,22 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
             break
     reach.destroy()
     nodes.table.destroy()
-    raise_everywhere(layout.comm, _fault(nodes, left, mass), SetUpError)
-    return _matrix(layout, nodes.rows, weights)
-
-
-def _fault(nodes: _Nodes, left: Indices, mass: str) -> str | None:
-    """Name a node for which there are not enough others."""
-    if len(left) == 0:
-        return None
-    place = format_point(nodes.x[left[0]], nodes.x)
-    return (
-        f'mass="{mass}" finds no nodes off the contact surfaces within {MOST_LAYERS} '
-        f"layers of cells that can stand for the one at {place}:"
-        " the body is too thin there. Mesh it with two cells or more across, "
-        'or take mass="nearest" or "consistent"'
-    )
-
-
-def _matrix(
-    layout: CoupledRows, rows: Array, weights: dict[int, tuple[Array, Indices]]
-) -> PETSc.Mat:
-    """Make Q from the weights of massless nodes by the rows of others."""
+    with together(layout.comm):
+        if len(left):
+            place = format_point(nodes.x[left[0]], nodes.x)
+            raise SetUpError(
+                f'mass="{mass}" finds no nodes off the contact surfaces within '
+                f"{MOST_LAYERS} layers of cells that can stand for the one at {place}: "
+                "the body is too thin there. Mesh it with two cells or more across, "
+                'or take mass="nearest" or "consistent"'
+            )
     parts = [
         (np.full(len(share), row), column, share)
         for node, (share, others) in weights.items()
-        for row, column in zip(rows[node], others.T)
+        for row, column in zip(nodes.rows[node], others.T)
     ]
-    kept = np.setdiff1d(layout.begin + np.arange(layout.size), rows[list(weights)])
+    own = layout.begin + np.arange(layout.size)
+    kept = np.setdiff1d(own, nodes.rows[list(weights)])
     return in_own_rows(layout, *joined([*parts, (kept, kept, np.ones(len(kept)))]))
 
 

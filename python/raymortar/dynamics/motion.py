@@ -354,17 +354,12 @@ class MovingVolume:
             A.axpy(factor, M, _PART)
             self.given.add_tangent(A, bcs)
             return
-        self._add_up(M, factor, fixed)
-        A.axpy(1.0, self.tangent, _PART)
-
-    def _add_up(self, M: PETSc.Mat, factor: float, fixed: Mask) -> None:
-        """Add inertia to the kept tangent, unless nothing has changed."""
         kept = self.given.kept
         kept.renew(fixed)
         of = kept.revision, self._motion.inertia.revision, factor
-        if of == self._of:
-            return
-        destroy(self.tangent)
-        self._of, self.tangent = of, kept.tangent.copy()
-        self.tangent.axpy(factor, M, _OTHER)
-        self.revision += 1
+        if of != self._of:
+            destroy(self.tangent)
+            self._of, self.tangent = of, kept.tangent.copy()
+            self.tangent.axpy(factor, M, _OTHER)
+            self.revision += 1
+        A.axpy(1.0, self.tangent, _PART)

@@ -40,6 +40,8 @@ class MovingBodies:
         The bodies that have mass.
     ends
         `BodyEnd` of each at the solved step, or at the accepted one.
+    work_of_contact
+        Work of contact on the bodies in the solved step: what they gained beside `work`.
     """
 
     def __init__(self, contact: Any, scheme: Scheme) -> None:
@@ -70,7 +72,7 @@ class MovingBodies:
         self._dt = 0.0
         # Unknowns at the accepted step; what pushed them there
         self._last: list[Array] = []
-        self._work = self._of_contact = 0.0
+        self._work = self.work_of_contact = 0.0
         self._given = [
             (body.cpp.force.copy(), body.cpp.moment.copy()) for body in self.bodies
         ]
@@ -134,7 +136,11 @@ class MovingBodies:
             start = start - rate * q
             self._velocity.append((rate, start))
             c, cpp.damping = freedom.damping, np.zeros(len(m))
-            self._add_load(body, -m * b - one.kept * freedom.static - c * start)
+            load = -m * b - one.kept * freedom.static - c * start
+            force, moment = cpp.force.copy(), cpp.moment.copy()
+            force[freedom.axis[~freedom.is_turn]] += load[~freedom.is_turn]
+            moment[freedom.axis[freedom.is_turn]] += load[freedom.is_turn]
+            cpp.force, cpp.moment = force, moment
             self._set_stiffness(body, body.springs + one.factor * m + rate * c)
         for spin in filter(None, self._spins):
             spin.begin(dt)
@@ -142,15 +148,6 @@ class MovingBodies:
     @staticmethod
     def _set_stiffness(body: Body, stiffness: Array) -> None:
         body.freedom.stiffness = body.cpp.stiffness = stiffness
-
-    @staticmethod
-    def _add_load(body: Body, load: Array) -> None:
-        """Add forces and moments along the unknowns of a body, (n,)."""
-        freedom = body.freedom
-        force, moment = body.cpp.force.copy(), body.cpp.moment.copy()
-        force[freedom.axis[~freedom.is_turn]] += load[~freedom.is_turn]
-        moment[freedom.axis[freedom.is_turn]] += load[freedom.is_turn]
-        body.cpp.force, body.cpp.moment = force, moment
 
     @staticmethod
     def _load(body: Body, given: tuple[Array, Array], velocity: Array) -> Array:
@@ -187,29 +184,24 @@ class MovingBodies:
 
     # Ends
 
-    def _ends(self) -> list[BodyEnd]:
-        """Ends of the bodies after the solved step [theory (6.7), (6.9)]."""
-        found = []
-        for body, q, spin in zip(self.bodies, self._last, self._spins):
-            freedom = body.freedom
-            begun = q, freedom.velocity, freedom.acceleration
-            end = end_of_step(self._scheme, self._dt, begun, freedom.totals)
-            found.append(BodyEnd(*end, None if spin is None else spin.end()))
-        return found
-
     def solved(self) -> None:
-        """Take the end of the solved step, which is not yet accepted."""
+        """Take the end of the solved step [theory (6.7), (6.9)], which is not yet
+        accepted."""
         before, self._work = self.kinetic(), 0.0
-        self.ends = self._ends()
-        middle = isinstance(self._scheme, Midpoint)
-        for k, (body, q, end) in enumerate(zip(self.bodies, self._last, self.ends)):
+        middle, self.ends = isinstance(self._scheme, Midpoint), []
+        for k, (body, q) in enumerate(zip(self.bodies, self._last)):
+            freedom, spin = body.freedom, self._spins[k]
+            begun = q, freedom.velocity, freedom.acceleration
+            found = end_of_step(self._scheme, self._dt, begun, freedom.totals)
+            end = BodyEnd(*found, None if spin is None else spin.end())
+            self.ends.append(end)
             rate, start = self._velocity[k]
             velocity = rate * body.freedom.totals + start
             push = self._load(body, self._given[k], velocity)
             mean = push if middle else 0.5 * (push + self._push[k])
             self._work += float(mean @ (end.q - q))
             self._push[k] = push
-        self._of_contact = self.kinetic() - before - self._work
+        self.work_of_contact = self.kinetic() - before - self._work
 
     def accept(self) -> None:
         """Go over to the end of the solved step, after contact has accepted it."""
@@ -231,10 +223,6 @@ class MovingBodies:
     def work(self) -> float:
         """Work of loads and springs on the bodies in the solved step."""
         return self._work
-
-    def work_of_contact(self) -> float:
-        """Work of contact on the bodies in the solved step: what else they gained."""
-        return self._of_contact
 
     def kinetic(self) -> float:
         """Kinetic energy at the end of the solved step."""
@@ -320,9 +308,8 @@ class Spin:
             whole, factor, rate = 2.0, 1.0 / dt, 4.0 / dt
             start, kept = -now.velocity, -now.momentum / dt
         else:
-            beta, gamma = scheme.beta, scheme.gamma
+            gamma, whole = scheme.gamma, 1.0
             alpha_m, alpha_f = scheme.alphas
-            whole = 1.0
             factor = (1.0 - alpha_m) / ((1.0 - alpha_f) * gamma * dt)
             rate, start = velocity_in_step(scheme, dt, now.velocity, now.acceleration)
             kept = -factor * (now.momentum + (1.0 - gamma) * dt * now.rate)

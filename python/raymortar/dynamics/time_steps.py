@@ -23,19 +23,25 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.state import State
+from ..interface.present import State
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes
 from ..paths.load_steps import LoadSteps, check_solver
-from ..paths.output import Output
-from ..paths.progress import LoadStep, Progress
+from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
 from .account import Account, Energy
 from .inertia import Inertia
 from .motion import End, Motion, MovingVolume
 from .moving_bodies import MovingBodies
-from .schemes import SCHEMES, GeneralizedAlpha, Midpoint, Scheme
-from .time_path import Adaptive, AdaptiveSizes, TimePath
+from .schemes import (
+    SCHEMES,
+    Adaptive,
+    AdaptiveSizes,
+    GeneralizedAlpha,
+    Midpoint,
+    Scheme,
+    TimePath,
+)
 
 # Newton iterations of an easy step, which fixed sizes do not ask for
 EASY = 5
@@ -227,22 +233,18 @@ class TimeSteps(LoadSteps):
         self.bodies.take_accepted()
         rows = self.history.rows if self.history is not None else []
         if rows:
-            self._resume_account(rows[-1]._asdict())
+            motion, contact = self.motion, self._problem.contact
+            end = motion.values(contact.unknowns.functions)
+            middle = isinstance(self.scheme, Midpoint)
+            solved = motion.values(motion.middle) if middle else end
+            v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
+            with motion.at(solved):
+                contact.update()
+                self._account.go_on(End(solved, end, v, a), rows[-1]._asdict())
         elif self._accounts:
             self._problem.contact.update()
             self._account.begin()
             self._account.set_begin(self.inertia.apply(self.motion.acceleration))
-
-    def _resume_account(self, row: dict[str, float]) -> None:
-        """Let energies and impulses go on from a record. Collective."""
-        motion, contact = self.motion, self._problem.contact
-        end = motion.values(contact.unknowns.functions)
-        middle = isinstance(self.scheme, Midpoint)
-        solved = motion.values(motion.middle) if middle else end
-        v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
-        with motion.at(solved):
-            contact.update()
-            self._account.go_on(End(solved, end, v, a), row)
 
     def _warn_of_velocities(self) -> None:
         """Say nothing: a velocity without mass has been refused."""

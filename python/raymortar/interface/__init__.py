@@ -4,8 +4,8 @@
 - probing, stiffness, surface_compliance, coefficients: moduli and gamma, from the
   volume's matrix
 - slave_nodes: slave nodes that are covered, shared or prescribed
-- present, state: the present state, and the one that a step starts from
-- overlap, straight_facets: gaps at the start, and offsets
+- present: the present state, and the one that a step starts from
+- overlap: gaps at the start
 - friction_at_points: users' friction laws
 - point_results: statuses, and values at points from nodes and back
 - pairs: names of pairs

@@ -12,10 +12,9 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.bodies import Bodies, bodies_of_facets
 from ..discretization.layout import Layout
 from ..discretization.slave_fields import GAMMA, check_function, on_facets
-from ..discretization.surfaces import Surface
+from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
 from ..errors import ContactError, require_agreement, together
 from ..options.methods import check_coefficient
 from .zone_data import Masters, ZoneData

@@ -13,12 +13,12 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..discretization.bodies import Bodies, find_bodies
 from ..discretization.checks import check_space
 from ..discretization.facets import Facets, coordinates, facet_dof_table, node_table
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
+from ..discretization.surfaces import Bodies, find_bodies
 from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns

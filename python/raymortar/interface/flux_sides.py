@@ -10,9 +10,8 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array, Indices
-from ..discretization.facets import Facets, Global, facet_dof_table
+from ..discretization.facets import Facets, Global, facet_dof_table, shape_functions
 from ..discretization.joined import Displacement, parts_of
-from ..discretization.reference_facets import shape_functions
 from .zone_data import ZoneData
 
 # Shares of the work of friction, by the time, that slave and target take

@@ -13,7 +13,7 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array
-from ..discretization.reference_facets import shape_functions
+from ..discretization.facets import shape_functions
 from ..discretization.slave_fields import (
     FRICTION_FIELD,
     check_field,
@@ -21,7 +21,7 @@ from ..discretization.slave_fields import (
     on_facets,
 )
 from ..errors import SetUpError, format_point, raise_everywhere, together, warn
-from ..options.friction import Friction, Law
+from ..options.methods import Friction, Law
 from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
 from .point_results import CLOSED, accumulated_slip, nodes, undeformed
 from .zone_data import ZoneData
@@ -220,7 +220,9 @@ class ClosedPoints:
             values[0, self.closed] = self._law.bounds(at.p, at.v, at.given)
             values[1:, self.closed] = slopes(self._law, at)
             if self._law.arguments - {"dt"} and not self._zone.has_law_at_nodes:
-                along[self.closed] = self._along(at)
+                along[self.closed] = along_facets(
+                    lambda xi: self._law.bounds(at.p, at.v, self._given(xi)), self._xi
+                )
         s, by_p, by_v = values
         # The library's pressure is the normal traction, which is negative
         return s, -by_p, by_v / self._dt, along
@@ -228,12 +230,6 @@ class ClosedPoints:
     def _given(self, xi: Array) -> dict[str, Any]:
         """Further arguments of the law at places on the points' facets."""
         return further(self._zone, self._facet, xi, self._dt, self._nodal)
-
-    def _along(self, at: Sample) -> Array:
-        """Differentiate the bound along the facet at unchanged p and v, (n, d - 1)."""
-        return along_facets(
-            lambda xi: self._law.bounds(at.p, at.v, self._given(xi)), self._xi
-        )
 
 
 # Of all users' laws

@@ -12,9 +12,9 @@ from dolfinx.fem import Function
 
 from .. import compat
 from ..compat import Array
+from ..discretization.facets import facet_nodes, shape_functions
 from ..discretization.joined import parts_of
 from ..discretization.ranks import largest
-from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from ..discretization.thickness import Cells, thickness_behind
 from ..errors import ContactError, positive, require_agreement, together, warn

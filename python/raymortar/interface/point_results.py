@@ -12,9 +12,13 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..discretization.facets import reference_corners
+from ..discretization.facets import (
+    facet_nodes,
+    interpolate,
+    reference_corners,
+    shape_functions,
+)
 from ..discretization.ranks import sums_at
-from ..discretization.reference_facets import facet_nodes, interpolate, shape_functions
 from ..discretization.surfaces import Surface
 from .zone_data import ZoneData
 

@@ -13,8 +13,8 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Mask
+from ..discretization.facets import N_CORNERS, middle_normals, units
 from ..discretization.ranks import marked_everywhere, sums_at
-from ..discretization.reference_facets import N_CORNERS, middle_normals, units
 from ..discretization.surfaces import Surface, facet_lengths, vector_areas
 from ..errors import SetUpError, format_point, raise_everywhere, warn
 from .contact_surfaces import ContactSurfaces

@@ -12,9 +12,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array, Indices, Mask
-from ..discretization.bodies import Bodies
 from ..discretization.ranks import destroy, of_all
-from ..discretization.surfaces import Surface, vector_areas
+from ..discretization.surfaces import Bodies, Surface, vector_areas
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, raise_everywhere
 from .probing import VolumePattern, positions

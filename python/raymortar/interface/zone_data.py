@@ -13,19 +13,18 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.facets import Global
-from ..discretization.ranks import index_among, of_all
-from ..discretization.reference_facets import (
+from ..discretization.facets import (
+    Global,
     dot,
     interpolate,
     normals,
     shape_functions,
     units,
 )
+from ..discretization.ranks import index_among, of_all
 from ..discretization.surfaces import Surface
 from ..discretization.tagged import ZoneFacets
-from ..rigid.body import Body
-from ..rigid.motions import Motions
+from ..rigid.body import Body, Motions
 
 Masters = tuple[int | str, ...] | tuple[Body, ...]
 

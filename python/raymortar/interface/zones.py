@@ -11,16 +11,14 @@ import numpy as np
 
 from .. import _cpp, compat
 from ..compat import Array
-from ..discretization.bodies import Bodies, bodies_of_facets
 from ..discretization.facets import facet_dof_table
-from ..discretization.folded import facets_that_never_meet
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
-from ..discretization.surfaces import Surface
-from ..discretization.tagged import ZoneFacets
+from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
+from ..discretization.tagged import ZoneFacets, facets_that_never_meet
 from ..discretization.thickness import Cells, thickness_behind
 from ..options.methods import ContactOptions, Search
-from ..rigid.motions import Motions
+from ..rigid.body import Motions
 from .zone_data import MasterTags, ZoneData, nothing
 
 # Search distances, in sizes of facets
@@ -60,14 +58,6 @@ def _distances(
         name: DEFAULTS[name] * sizes if value is None else np.full_like(sizes, value)
         for name, value in given.items()
     }
-
-
-def _filter(zone: ZoneFacets, comm: MPI.Comm) -> _cpp.PairFilter | None:
-    """Keep facets from pairing with neighbours that they never meet. Collective."""
-    if not zone.share_vertices:
-        return None
-    offsets, neighbours = facets_that_never_meet(*zone.sides, comm)
-    return _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
 
 
 def create_zone(
@@ -116,6 +106,10 @@ def create_zone(
     if degree is None:
         sides = [(side.shape, side.displacement_degree) for side in zone.sides]
         degree = default_degree(sides, q, surface.axisymmetric)
+    pair_filter = None
+    if zone.share_vertices:
+        offsets, neighbours = facets_that_never_meet(*zone.sides, comm)
+        pair_filter = _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
     # Each place of a surface that meets itself is integrated from both sides
     share = 0.5 if zone.meets_itself else 1.0
     turn = "_of_revolution" if surface.axisymmetric else ""
@@ -141,7 +135,7 @@ def create_zone(
         subdivide=search.subdivide,
         segment_rules=segment_rules(surface.shape, degree, share),
         facet_rule=facet_rule(surface.shape, degree, share),
-        filter=_filter(zone, comm),
+        filter=pair_filter,
     )
     return ZoneData(
         zone,

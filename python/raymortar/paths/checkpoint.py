@@ -23,7 +23,7 @@ from ..errors import (
     together,
 )
 from ..interface.coefficients import SAME, PairCoefficients
-from ..interface.state import JointState
+from ..interface.present import JointState
 from ..options.methods import AugmentedLagrangian
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
@@ -180,7 +180,10 @@ class Checkpoint:
                     "gamma": one.gamma if is_real_number(one.gamma) else None,
                     "scale": one.gamma_scale,
                     "soft": one.assembly.gamma_is_soft,
-                    "tables": _soft_tables(one),
+                    # By pair; none of a number and of other coefficients
+                    "tables": [_list(t) for t in getattr(one.gamma, "tables", ())]
+                    if one.assembly.gamma_is_soft
+                    else None,
                     "law": _law(one),
                     "motions": [_list(motion) for motion in part.old_motions],
                     "freedoms": [_list(values) for values in part.freedoms],
@@ -416,11 +419,3 @@ def _law(contact: Any) -> str | None:
 def _list(values: Any) -> list[Any]:
     """Numbers as JSON has them, to the last digit."""
     return np.asarray(values).tolist()
-
-
-def _soft_tables(contact: Any) -> list[Any] | None:
-    """Values of soft coefficients by pair; None of a number and of other coefficients."""
-    if not contact.assembly.gamma_is_soft:
-        return None
-    tables = getattr(contact.gamma, "tables", None)
-    return None if tables is None else [_list(table) for table in tables]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
-from ..interface.state import State
+from ..interface.present import State
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem

@@ -257,7 +257,10 @@ class History:
             yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
         frictional = any(zone.frictional for zone in zones)
         if frictional:
-            yield ["friction_work"], self._friction_work
+            none = {"friction_work": 0.0}
+            yield ["friction_work"], lambda: (
+                (self._last() or none)["friction_work"] + contact.friction_work()
+            )
         if any(isinstance(one.method, Penalty) for one in contact.contacts):
             for part in ["normal"] + ["tangential"] * frictional:
                 yield [f"stored_{part}"], partial(contact.stored_energy, part)
@@ -266,11 +269,6 @@ class History:
         counts = self.problem.contact.statistics
         gap = counts.min_gap if counts.hits else np.nan
         return [counts.active_points, gap, counts.max_pressure]
-
-    def _friction_work(self) -> float:
-        last = self._last()
-        before = 0.0 if last is None else last["friction_work"]
-        return float(before + self.problem.contact.friction_work())
 
     def include(self, more: Mapping[str, Callable[[], float]]) -> None:
         """Add functions to `more`, or replace those with the same names. Collective.

@@ -19,8 +19,7 @@ from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
 from ..discretization.ranks import largest
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from .control import ArcLength, DisplacementControl, mean_weights
-from .load_path import PrescribedPath
+from .load_path import ArcLength, DisplacementControl, PrescribedPath, mean_weights
 
 # Change of the load factor, as a share of the path, for difference quotients. Only loads
 # and prescribed displacements are differentiated, linear in the residual

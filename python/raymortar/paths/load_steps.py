@@ -29,16 +29,29 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.state import State
+from ..interface.present import State
 from ..problem import CoupledProblem
-from ..solvers.newton import NewtonSolver
-from ..solvers.snes import SNESSolver
-from .control import ArcLength, DisplacementControl
+from ..solvers.newton import NewtonSolver, SNESSolver
 from .history import History
 from .led_paths import ArcPath, DisplacementPath
-from .load_path import ArcSizes, PrescribedPath, StepSizes, with_size
-from .output import Output, check_output
-from .progress import HALVED, Effort, LoadStep, Progress, is_file, line
+from .load_path import (
+    ArcLength,
+    ArcSizes,
+    DisplacementControl,
+    PrescribedPath,
+    StepSizes,
+    with_size,
+)
+from .output import (
+    HALVED,
+    Effort,
+    LoadStep,
+    Output,
+    Progress,
+    check_output,
+    is_file,
+    line,
+)
 from .soft_start import propose_nodes
 from .stabilization import Stabilization
 from .strategies import Strategies

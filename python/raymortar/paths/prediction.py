@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..diagnose.failure import FAILURES
-from ..interface.state import State
+from ..interface.present import State
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error
@@ -67,15 +67,6 @@ class Prediction:
                 self._go(*best)
         return best is not None
 
-    def _can_start(self, x: Any) -> bool:
-        """Take the present state as a start, if a solve can. Collective."""
-        problem: Any = self._problem
-        try:
-            problem.start(x)
-        except FAILURES:
-            return False
-        return True
-
     def _changes(
         self, now: State, last: State, ratio: float
     ) -> Iterator[tuple[State, State, float]]:
@@ -114,14 +105,15 @@ class Prediction:
         problem: Any = self._problem
         x, b = problem.create_vector(), problem.create_vector()
         try:
-            if not self._can_start(x):
+            try:
+                problem.start(x)
+            except FAILURES:
                 return np.inf
             problem.F(x, b)
-            size: float = problem.convergence.now.norm
+            return float(problem.convergence.now.norm)
         finally:
             x.destroy()
             b.destroy()
-        return size
 
 
 class Backoff:

@@ -13,11 +13,11 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..compat import Array, Mask
-from ..discretization.reference_facets import shape_functions
+from ..discretization.facets import shape_functions
 from ..discretization.surfaces import surface_areas
 from ..interface.point_results import PointStatus
 from ..interface.zone_data import ZoneData
-from ..options.friction import Stick
+from ..options.methods import Stick
 
 # Factor on the share of slip from one tangent to the next
 HARDENS = 0.5

@@ -14,10 +14,10 @@ import numpy as np
 from ..compat import Array, Mask
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
-from ..discretization.bodies import bodies_of_facets
 from ..discretization.ranks import ends_of
+from ..discretization.surfaces import bodies_of_facets
 from ..errors import ContactWarning, ConvergenceError, SetUpError
-from ..interface.state import State
+from ..interface.present import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from .prediction import Backoff
@@ -267,7 +267,15 @@ class Stabilization:
         before = self._contact.state()
         self._viscosity.begin()
         for attempt in range(ATTEMPTS):
-            self._require_progress()
+            # Steps that arrive take fewer tangents
+            taken = self._problem.tangents - self._begun
+            if not self.is_asked_for and taken > MOST_TANGENTS:
+                self.gave_up = (
+                    f"viscous forces have not faded after {taken} tangents, where steps "
+                    f"that arrive need less than {MOST_TANGENTS}: stabilize=True goes on "
+                    "for longer"
+                )
+                raise ConvergenceError(self.gave_up)
             try:
                 with self._viscosity.acting(scale):
                     iterations = solve()
@@ -289,16 +297,6 @@ class Stabilization:
             "a body that contact alone holds moves by more than the size of its "
             f"facets, {self._limit:.3g}, in one solve"
         )
-
-    def _require_progress(self) -> None:
-        """Give up where the forces have taken more tangents than steps that arrive."""
-        taken = self._problem.tangents - self._begun
-        if not self.is_asked_for and taken > MOST_TANGENTS:
-            self.gave_up = (
-                f"viscous forces have not faded after {taken} tangents, where steps that "
-                f"arrive need less than {MOST_TANGENTS}: stabilize=True goes on for longer"
-            )
-            raise ConvergenceError(self.gave_up)
 
     def _motions(self) -> tuple[Array, float]:
         """Find the motions of all bodies and the largest of loose ones. Collective."""

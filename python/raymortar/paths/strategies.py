@@ -13,9 +13,8 @@ from dolfinx.fem import Function
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES
 from ..errors import ConvergenceError, SetUpError
-from ..interface.state import State
-from ..solvers.newton import NewtonSolver
-from ..solvers.snes import SNESSolver
+from ..interface.present import State
+from ..solvers.newton import NewtonSolver, SNESSolver
 from ..solvers.solver import MAX_IT
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath

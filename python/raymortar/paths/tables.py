@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from mpi4py import MPI
 
@@ -61,21 +61,17 @@ def write_tables(
     with writing(comm, path, OSError):
         with open(part, "r+b") as file:
             for start, table in zip(ends.tolist(), tables):
-                _write_rows(file, start, table)
+                order = np.argsort(table.number, kind="stable")
+                number = table.number[order]
+                values = np.ascontiguousarray(table.values[order], dtype=_DOUBLE)
+                firsts = np.flatnonzero(np.diff(number, prepend=-2) != 1)
+                each = zip(number[firsts].tolist(), np.split(values, firsts[1:]))
+                for first, rows in each:
+                    file.seek(start + 8 * first * values.shape[1])
+                    file.write(rows.data)
     with writing(comm, path, OSError):
         if comm.rank == 0:
             os.replace(part, path)
-
-
-def _write_rows(file: BinaryIO, start: int, table: Table) -> None:
-    """Write the rows of this rank into a table that begins at a byte of a file."""
-    order = np.argsort(table.number, kind="stable")
-    number = table.number[order]
-    values = np.ascontiguousarray(table.values[order], dtype=_DOUBLE)
-    firsts = np.flatnonzero(np.diff(number, prepend=-2) != 1)
-    for first, rows in zip(number[firsts].tolist(), np.split(values, firsts[1:])):
-        file.seek(start + 8 * first * values.shape[1])
-        file.write(rows.data)
 
 
 def read_head(comm: MPI.Comm, path: Path) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..discretization.facets import facets_of_mesh
-from ..discretization.reference_facets import (
+from ..discretization.facets import (
     FACET_SHAPE,
     cell_facet_nodes,
+    facets_of_mesh,
     interpolate,
     shape_functions,
 )
@@ -135,7 +135,11 @@ def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | 
     zoomed = _contact_box(slaves, points) if options.zoom else None
     if zoomed is not None:
         bodies = _within(bodies, zoomed)
-    around = _box(bodies) if zoomed is None else zoomed
+    around = zoomed
+    if around is None:  # a box around the deformed bodies
+        at = (bodies[0][..., :dim] + bodies[1]).reshape(-1, dim)
+        margin = MARGIN[dim] * np.ptp(at, axis=0).max()
+        around = at.min(axis=0) - margin, at.max(axis=0) + margin
     tools = rigid_bodies(contact.zones)
     lines = [curve for tool in tools for curve in curves(tool, *around)]
     frame = Frame(bodies, slaves, points, lines, around if lines else zoomed)
@@ -218,14 +222,6 @@ def _nodal(field: Any, mesh: Mesh) -> Function:
     length = ufl.sqrt(ufl.inner(field, field)) if field.ufl_shape else field
     # Degree 2 resolves the variation within a cell
     return nodal_field(length, mesh, name, quadrature_degree=2)
-
-
-def _box(bodies: Any) -> Box:
-    """Corners of a box around the deformed bodies, with a margin."""
-    x, u, _ = bodies
-    at = (x[..., : u.shape[-1]] + u).reshape(-1, u.shape[-1])
-    margin = MARGIN[u.shape[-1]] * np.ptp(at, axis=0).max()
-    return at.min(axis=0) - margin, at.max(axis=0) + margin
 
 
 def _contact_box(slaves: Any, points: dict[str, Array]) -> Box | None:

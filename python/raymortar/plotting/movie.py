@@ -131,7 +131,11 @@ class Movie:
             for frame, _ in self._frames:
                 draw(figure, self.contact, frame, *shown)
                 found.append(_limits(figure))
-            common = [_hull(of_one) for of_one in zip(*found)]
+            ends = [np.array(of_one) for of_one in zip(*found)]  # (pictures, axes, 2)
+            common = [
+                np.column_stack([one[..., 0].min(axis=0), one[..., 1].max(axis=0)])
+                for one in ends
+            ]
             stage = _Stage(figure, common, [title for _, title in self._frames])
             pictures = []
             for frame, title in self._frames:
@@ -208,12 +212,6 @@ def _limits(figure: Any) -> Limits:
         names = ("x", "y", "z") if hasattr(axes, "zaxis") else ("x", "y")
         found.append(np.array([getattr(axes, f"get_{name}lim")() for name in names]))
     return found
-
-
-def _hull(limits: Sequence[Any]) -> Any:
-    """Least and largest of some limits."""
-    low, high = (np.array([one[:, k] for one in limits]) for k in (0, 1))
-    return np.column_stack([low.min(axis=0), high.max(axis=0)])
 
 
 def _set_limits(figure: Any, limits: Limits) -> None:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
-from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..errors import (
@@ -141,21 +140,18 @@ def checked(
         raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
     with together(contact.layout.comm):
         mesh = contact.unknowns.only.u.function_space.mesh
-        _check_field(mesh, field)
+        if field is not None and not hasattr(field, "ufl_shape"):
+            raise ContactError(
+                f"field must be a Function or UFL expression, not {described(field)}"
+            )
+        if isinstance(field, Function) and not compat.on_mesh(field, mesh):
+            raise ContactError(
+                "field is a Function on another mesh than the displacement"
+            )
         axes = "rz" if contact.axisymmetric else "xy"
         options = AxisOptions(x, centre, units, axes, truth("zoom", zoom))
     require_agreement(contact.layout.comm, zoom=zoom)
     return options
-
-
-def _check_field(mesh: Mesh, field: Any) -> None:
-    """Raise if a field cannot be drawn."""
-    if field is not None and not hasattr(field, "ufl_shape"):
-        raise ContactError(
-            f"field must be a Function or UFL expression, not {described(field)}"
-        )
-    if isinstance(field, Function) and not compat.on_mesh(field, mesh):
-        raise ContactError("field is a Function on another mesh than the displacement")
 
 
 def lacking(backend: str, dim: int) -> str | None:

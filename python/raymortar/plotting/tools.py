@@ -10,8 +10,7 @@ import numpy as np
 from ..compat import Array
 from ..errors import direction
 from ..rigid.body import Body
-from ..rigid.implicit import Implicit
-from ..rigid.shapes import Cylinder, Plane, Sphere, Torus
+from ..rigid.shapes import Cylinder, Implicit, Plane, Sphere, Torus
 from ..rigid.surface import Surface, edges_of
 
 COLOUR = "#7f5539"
@@ -74,7 +73,7 @@ def _sections(level: Level, lower: Array, upper: Array) -> Iterator[Array]:
     """Find curves (n, 3) where a function is zero: its sections by planes in a box."""
     from contourpy import contour_generator
 
-    step = _STEP * np.linalg.norm(upper - lower)
+    steps = _STEP * np.linalg.norm(upper - lower) * np.eye(3)[: len(lower)]
     sides: Any = np.zeros((3, 2))
     sides[: len(lower)] = np.column_stack([lower, upper])
     # The part of the box that holds the tool
@@ -94,16 +93,13 @@ def _sections(level: Level, lower: Array, upper: Array) -> Iterator[Array]:
             values = level(np.insert(plane, axis, at, axis=1)).reshape(_GRID, _GRID)
             for line in contour_generator(one, other, values).lines(0.0):
                 x = np.insert(line, axis, at, axis=1)
-                yield _onto(level, x, step * np.eye(3)[: len(lower)])
-
-
-def _onto(level: Level, x: Array, steps: Array) -> Array:
-    """Move points (n, 3) near a surface onto it, by Newton's method with differences."""
-    for _ in range(3):
-        slopes = np.stack([level(x + s) - level(x - s) for s in steps], axis=1)
-        size = np.maximum((slopes**2).sum(axis=1), 1e-300)
-        x = x - (2.0 * level(x) / size)[:, None] * (slopes @ steps)
-    return x
+                for _ in range(3):  # onto the surface, by Newton's method
+                    slopes = np.stack(
+                        [level(x + s) - level(x - s) for s in steps], axis=1
+                    )
+                    size = np.maximum((slopes**2).sum(axis=1), 1e-300)
+                    x = x - (2.0 * level(x) / size)[:, None] * (slopes @ steps)
+                yield x
 
 
 def _edges(shape: Surface) -> Array:

@@ -11,9 +11,9 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Indices, Mask
+from ..discretization.facets import dot
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import Communication, communication
-from ..discretization.reference_facets import dot
 from ..interface.point_results import (
     CLOSED,
     OPEN,

@@ -5,9 +5,8 @@ where it was made. A `Body` moves it, or lets forces move it.
 """
 
 from .body import Body
-from .implicit import Implicit
 from .polyline import Polyline
-from .shapes import Circle, Cone, Cylinder, Line, Plane, Sphere, Torus, Wedge
+from .shapes import Circle, Cone, Cylinder, Implicit, Line, Plane, Sphere, Torus, Wedge
 from .surface import Surface
 
 __all__ = [

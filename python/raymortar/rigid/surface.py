@@ -81,8 +81,11 @@ class Surface(Shape):
         points = checked_points(self.points)
         facets = _checked_facets(self.facets, points)
         points, facets = _joined(points, facets)
-        if facets.shape[1] == 8:
-            points, facets = _with_centres(points, facets)
+        if facets.shape[1] == 8:  # a ninth node is in the centre
+            x = points[facets]
+            centres = 0.5 * x[:, 4:].sum(axis=1) - 0.25 * x[:, :4].sum(axis=1)
+            numbers = len(points) + np.arange(len(facets))
+            points, facets = np.vstack([points, centres]), np.c_[facets, numbers]
         shape, _, _ = _KINDS[points.shape[1], facets.shape[1]]
         facets = _with_area(points, facets, shape)
         object.__setattr__(self, "points", points)
@@ -126,7 +129,11 @@ class Surface(Shape):
         x = vector("inside", self.inside, gdim)[:gdim]
         if self.hollow:
             raise ContactError("hollow=True and inside= are one too many: give inside=")
-        if (pieces := _pieces(corners)) > 1:
+        number, _ = edges_of(corners)
+        of = np.repeat(np.arange(len(corners)), corners.shape[1]), number.ravel()
+        joins = coo_array((np.ones(corners.size), of))
+        pieces, _ = connected_components(joins @ joins.T, directed=False)
+        if pieces > 1:
             raise ContactError(
                 f"inside= tells the side of a surface in one piece: this one has {pieces}"
             )
@@ -205,14 +212,6 @@ def _joined(points: Array, facets: Any) -> tuple[Array, Any]:
     return points[used[first]], at[facets]
 
 
-def _with_centres(points: Array, facets: Any) -> tuple[Array, Any]:
-    """Quadrilaterals of 8 nodes, with a ninth node in the centre."""
-    x = points[facets]
-    centres = 0.5 * x[:, 4:8].sum(axis=1) - 0.25 * x[:, :4].sum(axis=1)
-    numbers = len(points) + np.arange(len(facets))
-    return np.vstack([points, centres]), np.column_stack([facets, numbers])
-
-
 def _with_area(points: Array, facets: Indices, shape: str) -> Indices:
     """Facets without those of no area, which STL files may have."""
     x = points[facets[:, : _CORNERS[shape]]]
@@ -277,15 +276,6 @@ def _turns(corners: Indices) -> Any:
     return part[:m] != part[first][of_pair]
 
 
-def _pieces(corners: Indices) -> int:
-    """Number of parts of facets that share no edge, points in 2D."""
-    number, _ = edges_of(corners)
-    m, k = corners.shape
-    of = np.repeat(np.arange(m), k), number.ravel()
-    joins = coo_array((np.ones(m * k), of), shape=(m, int(number.max()) + 1))
-    return int(connected_components(joins @ joins.T, directed=False)[0])
-
-
 def _volume(points: Array, corners: Indices) -> float:
     """Enclosed volume, by straight facets; negative if normals point into it."""
     x = points[corners] - points[corners].reshape(-1, points.shape[1]).mean(axis=0)
@@ -312,16 +302,11 @@ def winding(points: Array, corners: Indices, x: Array) -> float:
         angles = np.arctan2(cross, np.einsum("ni,ni->n", a, b))
         return float(angles.sum() / (2.0 * np.pi))
     fans = [to[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
-    return sum(_solid_angles(fan) for fan in fans) / (4.0 * np.pi)
-
-
-def _solid_angles(triangles: Array) -> float:
-    """Sum of the solid angles of triangles (n, 3, 3) seen from the origin.
-
-    Van Oosterom and Strackee's formula: tan(angle / 2) = det [a b c] / (|a| |b| |c| + ...).
-    """
+    triangles = np.concatenate(fans)
+    # Van Oosterom and Strackee: tan(angle / 2) = det [a b c] / (|a| |b| |c| + ...)
     a, b, c = np.moveaxis(triangles, 1, 0)
     la, lb, lc = np.linalg.norm(triangles, axis=2).T
     ab, bc, ca = (np.einsum("ni,ni->n", s, t) for s, t in ((a, b), (b, c), (c, a)))
     below = la * lb * lc + ab * lc + bc * la + ca * lb
-    return float(2.0 * np.arctan2(np.linalg.det(triangles), below).sum())
+    angles = 2.0 * np.arctan2(np.linalg.det(triangles), below)
+    return float(angles.sum() / (4.0 * np.pi))

@@ -1,7 +1,7 @@
 """Solvers of the coupled system: Newton's method, and iterative linear solvers.
 
 - solver: linear systems, checks and failures of both Newton solvers
-- newton, snes: `NewtonSolver`, `SNESSolver`
+- newton: `NewtonSolver`, `SNESSolver`
 - automatic: PETSc options of linear solvers, and the default
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagged_factors: the factors of an earlier tangent as preconditioner

@@ -105,12 +105,15 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
     GMRES with `BodiesPreconditioner`, whose multigrid has the prefix ``displacement_``.
     """
     if multigrid in _REPLACED:
-        _warn_of_name(f"iterative({multigrid!r})", "iterative('bodies')")
+        warn(
+            f"iterative({multigrid!r}) is iterative('bodies'), which takes no longer: its "
+            "name goes in the next release",
+            2,
+        )
     elif multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
-    context = BodiesPreconditioner
-    python_type = f"{context.__module__}.{context.__name__}"
-    outer = {"pc_type": "python", "pc_python_type": python_type}
+    name = f"{BodiesPreconditioner.__module__}.{BodiesPreconditioner.__name__}"
+    outer = {"pc_type": "python", "pc_python_type": name}
     return {**_KRYLOV, **outer, **_BODIES, **options}
 
 
@@ -127,12 +130,6 @@ def inexact(first: float = INEXACT) -> dict[str, Any]:
         return {"snes_ksp_ew": False}
     ends = {f"snes_ksp_ew_{name}": first for name in ("rtol0", "rtolmax")}
     return {"snes_ksp_ew": True, **ends}
-
-
-def _warn_of_name(old: str, new: str) -> None:
-    """Warn of a name that stands for another one until the next release."""
-    text = f"{old} is {new}, which takes no longer: its name goes in the next release"
-    warn(text, 3)
 
 
 def with_fallback(**options: Any) -> dict[str, Any]:

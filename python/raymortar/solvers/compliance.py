@@ -14,9 +14,9 @@ from scipy.linalg import lapack
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
 from ..compat import Array, Indices, Mask
-from ..discretization.bodies import find_bodies
 from ..discretization.joined import Places, unrolled
 from ..discretization.ranks import destroy
+from ..discretization.surfaces import find_bodies
 from ..errors import ContactError
 from .levels import NOTHING, rigid_motions
 from .petsc_objects import is_symmetric

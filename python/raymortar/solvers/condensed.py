@@ -233,7 +233,10 @@ class NodeFrames:
         for part in (slice(k), slice(k, None)):
             own, place = by_law[:, part], order[:, part]
             near = np.take_along_axis(_t(own), place[:, :, None], axis=1)
-            np.put_along_axis(axes, place[:, :, None], _rotation(near) @ own, axis=1)
+            # The orthogonal matrix that is nearest to it
+            first, _, second = np.linalg.svd(near)
+            turned = first @ second @ own
+            np.put_along_axis(axes, place[:, :, None], turned, axis=1)
         found = axes @ forces
         if k:
             mine = np.take_along_axis(axes, order[:, :k, None], axis=1)
@@ -245,9 +248,3 @@ class NodeFrames:
 
 def _t(matrices: Array) -> Array:
     return matrices.transpose(0, 2, 1)
-
-
-def _rotation(matrices: Array) -> Array:
-    """Find the orthogonal matrices that are nearest to some."""
-    left, _, right = np.linalg.svd(matrices)
-    return left @ right

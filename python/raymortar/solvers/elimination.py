@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import compat
 from ..compat import Array
+from ..discretization.facets import shape_functions
 from ..discretization.joined import Places, unrolled
 from ..discretization.ranks import destroy, marked_everywhere
-from ..discretization.reference_facets import shape_functions
 from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from ..system.entries import block_diagonal, node_blocks
@@ -62,14 +62,7 @@ class BodiesPreconditioner(KnowsProblem):
         self.levels: Any = None
         # Factor of the lumped mass of each contact, from the first elimination on
         self._factors: list[float] = []
-        # B, C and E^-1, and vectors for displacement and multipliers
-        self._B: Any = None
-        self._C: Any = None
-        self._inverse: Any = None
-        self._right: Any = None
-        self._solution: Any = None
-        # The solver near contact, and its owned rows
-        self._near_contact: Any = None
+        # Owned rows near contact
         self._near_rows: Places | None = None
         self._coarse: list[PETSc.Mat] = []
         # Cycles since the last set-up, and those after the levels were made

@@ -87,11 +87,8 @@ class KeptFactorsSolver(InnerSolvers):
         self._system: Any = None
         self._of: Any = None
         self._size = 0.0
-        # From `_factorise` on: factors, rows that the tangent may add entries to, and
-        # their stiffness
+        # From `_factorise` on: factors
         self._compliance: Any = None
-        self._near: Any = None
-        self._stiffness: Any = None
         self._volume: Any = None
         # Systems of this stiffness, those before it is factorised, those not solved
         self._revision = self._age = self._patience = self._inexact = 0
@@ -179,6 +176,7 @@ class KeptFactorsSolver(InnerSolvers):
         self._compliance = Compliance(K, rows, np.searchsorted(dofs, springs), prefix)
         near = np.concatenate([rows, np.arange(layout.n, layout.size)])
         near = near.astype(PETSc.IntType)
+        # Rows that the tangent may add entries to, and their stiffness
         self._near = PETSc.IS().createGeneral(near, comm=PETSc.COMM_SELF)
         self._stiffness = self._near_part(self._tangent)
         self.factorisations += 1

@@ -1,4 +1,4 @@
-"""Newton's method on the coupled unknowns by DOLFINx's solver."""
+"""Newton's method on the coupled unknowns, by DOLFINx's solver and by PETSc's SNES."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from typing import Any, cast
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from .. import compat
+from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
 from ..discretization.ranks import agreed_name, put_aside
 from ..errors import ContactError
+from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from .automatic import linear_options
+from .automatic import inexact, linear_options
 from .petsc_objects import new_prefix, take_tangent
 from .solver import MAX_IT, CoupledSolver
 
@@ -156,3 +160,220 @@ class NewtonSolver(CoupledSolver):
             has_converged = convergence.reached(self.rtol, self.force_tolerance)
             if has_converged or convergence.is_stuck:
                 raise _Ended(has_converged)
+
+
+STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
+# Name by which a SNES has the factors of its rows
+SCALE = "raymortar_row_scale"
+# Option of ours, which PETSc does not know
+INEXACT_OPTION = "snes_inexact"
+NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+
+
+def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
+    """Make options of SNES, without those of the linear solver."""
+    # With springs, full steps cycle where points close and slip in the same large step;
+    # with multipliers full steps are best (docs/measured/solving.md)
+    springs = any(
+        isinstance(contact.method, Penalty) and contact.friction is not None
+        for contact in problem.contact.contacts
+    )
+    return {
+        "snes_type": "newtonls",
+        "snes_linesearch_type": "bt" if springs else "basic",
+        # Of PETSc 3.23 and later 1e-15 in "l2": the square of a force, in any unit
+        "snes_linesearch_atol": 0.0,
+        "snes_rtol": 1e-10,
+        "snes_atol": floor,
+        "snes_stol": 0.0,
+        "snes_max_it": MAX_IT,
+    }
+
+
+def _convergence_test(
+    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
+) -> Callable[..., int]:
+    """Convergence test for a SNES whose options are in PETSc's table.
+
+    It compares forces with forces. PETSc's own test compares the norm of all rows with
+    that of the first iterate, which lacks the forces that a body meets on its way. If
+    the user sets a divergence tolerance, it is relative to the first residual above
+    rounding error.
+    """
+    reasons = PETSc.SNES.ConvergedReason
+    options = PETSc.Options(snes.getOptionsPrefix())
+    divergence = options.getReal("snes_divergence_tolerance", -1.0)
+
+    def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
+        size, step, norm = norms
+        rtol, given, stol, _ = snes.getTolerances()
+        atol = None if given == floor else given
+        convergence, history = problem_of().convergence, problem_of().history
+        convergence.accept()
+        if not np.isfinite(norm):
+            return NOT_A_NUMBER
+        if convergence.reached(rtol, atol):
+            return reasons.CONVERGED_FNORM_RELATIVE
+        first = next((norm for norm in history if norm > convergence.floor), 0.0)
+        if 0.0 < divergence * first < history[-1]:
+            return reasons.DIVERGED_DTOL
+        if convergence.is_stuck:
+            return STUCK
+        if iteration > 0 and step < stol * size and not convergence.now.pending:
+            return reasons.CONVERGED_SNORM_RELATIVE
+        if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
+            return reasons.DIVERGED_FUNCTION_COUNT
+        return reasons.CONVERGED_ITERATING
+
+    return test
+
+
+class SNESSolver(CoupledSolver):
+    """PETSc SNES on [u, multiplier], with line search. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem to solve.
+    options
+        PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
+        "snes_monitor": None}``. They complete the defaults: Newton's method with full
+        steps (for a penalty with friction the line search ``bt``), ``snes_rtol`` 1e-10,
+        ``snes_atol`` the rounding error of the residual, and a linear solver that
+        depends on the size, see `solvers.linear_options`.
+    matrix
+        Matrix of another solver of this problem, to share it.
+    prefix
+        Prefix of the options in PETSc's table; None: one that no other solver has.
+    owned
+        Whether the problem keeps this solver; then the solver does not keep the problem
+        alive.
+
+    Attributes
+    ----------
+    snes
+        The petsc4py SNES.
+    A, b, x
+        Tangent and residual, with weighed rows (`row_scale` of the problem), and
+        unknowns [u, multiplier / gamma].
+    options
+        `PetscOptions`, as for `NewtonSolver`.
+    """
+
+    snes: PETSc.SNES
+    x: PETSc.Vec
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        options: Mapping[str, Any] | None = None,
+        matrix: PETSc.Mat | None = None,
+        *,
+        prefix: str | None = None,
+        owned: bool = False,
+    ) -> None:
+        super().__init__(problem, options, matrix, owned)
+        self.x, self._scale = problem.create_vector(), problem.create_vector()
+        self._scale.set(1.0)
+        self.snes = PETSc.SNES().create(problem.comm)
+        self.krylov_solver = self.snes.ksp
+        # Errors of callbacks
+        self._raised: list[Exception] = []
+        self._set_callbacks()
+        prefix = new_prefix("snes") if prefix is None else prefix
+        by_user = set(options or ()) - {INEXACT_OPTION}
+        if options is not None and INEXACT_OPTION in options:
+            options = {**options, **inexact(float(options[INEXACT_OPTION]))}
+        linear = linear_options(problem, options, prefix, snes=True)
+        given = {**_defaults(problem, self._floor), **linear, **(options or {})}
+        self._configure(self.snes, prefix, given, sorted(by_user))
+        # A failure is raised with a message that says more than PETSc's
+        self.snes.setErrorIfNotConverged(False)
+        with self.options:
+            test = _convergence_test(self._problem, self.snes, self._floor)
+        self.snes.setConvergenceTest(test)
+
+    def _set_callbacks(self) -> None:
+        """Tell PETSc how to find residual and tangent."""
+        # Not self: C would keep it alive in a cycle. Nor objects of PETSc: it loses what
+        # these functions drop when it destroys them
+        problem_of, raised = self._problem, self._raised
+        self.snes.compose(SCALE, self._scale)
+
+        # Errors never leave through PETSc, which would keep vectors locked and its stack
+        # of calls as it was: they end the solve as a residual that is no number, and are
+        # raised after it
+        def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+            try:
+                if not raised:
+                    problem_of().F(x, b)
+            except Exception as error:
+                raised.append(error)
+            if raised:
+                b.set(np.nan)
+            else:
+                b.pointwiseMult(b, snes.query(SCALE))
+
+        def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+            try:
+                take_tangent(problem_of(), x, A, snes.ksp)
+            except Exception as error:
+                raised.append(error)
+                # Any regular matrix: the residual that follows ends the solve
+                A.assemble()
+                A.zeroEntries()
+                A.shift(1.0)
+            else:
+                A.diagonalScale(snes.query(SCALE))
+
+        self.snes.setFunction(residual, self.b)
+        self.snes.setJacobian(tangent, self.A)
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        rtol, atol = self.snes.getTolerances()[:2]
+        return rtol, atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.snes.setTolerances(rtol=values[0], atol=values[1])
+
+    @property
+    def max_it(self) -> int:
+        """Largest number of iterations."""
+        return int(self.snes.getTolerances()[3])
+
+    @max_it.setter
+    def max_it(self, value: int) -> None:
+        self.snes.setTolerances(max_it=value)
+
+    @property
+    def finds_no_descent(self) -> bool:
+        """Whether the last solve ended because a line search found no smaller
+        residual."""
+        return bool(self.snes.getConvergedReason() == NO_DESCENT)
+
+    def _settings(self) -> dict[str, Any]:
+        return {"max_it": self.max_it}
+
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        snes = self.snes
+        x.copy(self.x)
+        self._raised.clear()
+        self._weigh_rows()
+        snes.solve(None, self.x)
+        if self._raised:
+            raise self._raised.pop(0)
+        # The last residual may be of a rejected trial step
+        self.problem.form(self.x)
+        reason = snes.getConvergedReason()
+        if reason == NO_DESCENT:
+            # No line search reduces a residual that is rounding error
+            self.problem.F(self.x, self.b)
+            limits = self.tolerances[0], self.force_tolerance
+            if self.problem.convergence.reached(*limits, at_once=True):
+                reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
+                snes.setConvergedReason(reason)
+        failed = None if reason > 0 else f" ({reason_in_words(reason)})"
+        return snes.getIterationNumber(), failed

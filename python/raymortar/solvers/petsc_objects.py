@@ -136,9 +136,9 @@ class KnowsProblem:
         self.row_scale = row_scale
 
     def _destroy(self, *names: str) -> None:
-        """Free and forget PETSc objects."""
+        """Free and forget PETSc objects, those that have been made."""
         for name in names:
-            destroy(getattr(self, name))
+            destroy(getattr(self, name, None))
             setattr(self, name, None)
 
 

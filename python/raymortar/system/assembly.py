@@ -186,14 +186,6 @@ class ContactAssembly:
         """Whether a law at points has the coefficient of what its surfaces yield."""
         return self.soft_gamma is not None and self.gamma is self.soft_gamma
 
-    @property
-    def needs_strains(self) -> bool:
-        """Whether it asks a volume for its response to strains.
-
-        The size of a given penalty is checked without.
-        """
-        return self.surfaces.multiplier is not None or self.gamma is None
-
     def set_volume(
         self,
         volume: VolumePattern,
@@ -242,12 +234,9 @@ class ContactAssembly:
         )
         if not least < ratio < FROM_STIFFNESS:
             raise ContactError(text)
-        if has_multiplier and not surfaces.tied:
-            if not DOUBTFUL[0] <= ratio <= DOUBTFUL[1]:
-                warn(
-                    f"{text}, as Newton's method may fail with it",
-                    4,
-                )
+        is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
+        if has_multiplier and not (surfaces.tied or is_usual):
+            warn(f"{text}, as Newton's method may fail with it", 4)
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""
@@ -268,7 +257,13 @@ class ContactAssembly:
                 now = self._find_prescribed(bcs)
                 # A path asks in turn for those of its steps and, for reactions, none
                 self._known = [now, *self._known][:MOST_KNOWN]
-            self._send_prescribed(now)
+            marker = now.u.astype(np.float64)
+            for zone in self.zones:
+                zone.cpp.set_fixed(*on_sides(zone, marker))
+            for zone, shear_modulus in zip(self.zones, now.shear_moduli):
+                zone.cpp.set_shear_modulus(shear_modulus)
+            for zone, modulus in zip(self.zones, now.moduli):
+                zone.cpp.set_modulus(modulus)
             self._prescribed = now
         return now.u
 
@@ -289,16 +284,6 @@ class ContactAssembly:
         if some_nodes or self._crosses:
             found.moduli = self.moduli(bcs)
         return found
-
-    def _send_prescribed(self, found: Prescribed) -> None:
-        """Tell the zones which displacements are prescribed."""
-        marker = found.u.astype(np.float64)
-        for zone in self.zones:
-            zone.cpp.set_fixed(*on_sides(zone, marker))
-        for zone, shear_modulus in zip(self.zones, found.shear_moduli):
-            zone.cpp.set_shear_modulus(shear_modulus)
-        for zone, modulus in zip(self.zones, found.moduli):
-            zone.cpp.set_modulus(modulus)
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,

@@ -12,14 +12,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..compat import Array, Mask
+from ..discretization.facets import facet_nodes, shape_functions
 from ..discretization.layout import Layout
 from ..discretization.ranks import destroy, marked_everywhere
-from ..discretization.reference_facets import facet_nodes, shape_functions
 from ..errors import SetUpError, raise_everywhere
 from ..interface.probing import product
 from ..interface.zone_data import ZoneData
 from .coupled import CoupledSystem
-from .entries import node_blocks
+from .entries import empty_matrix, node_blocks
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
@@ -95,11 +95,16 @@ class Condensation:
         self._system, self._comm = system, system.unknowns.comm
         self.n: int = system.layout.n
         self._count: int = system.layout.size - self.n
-        self._find_rows()
+        # The user's rows and multipliers are numbered each by themselves, rank by rank
+        sizes = np.array(self._comm.allgather((self.n, self._count)), dtype=np.int64)
+        self._sizes = sizes[:, 0]
+        starts = np.cumsum(sizes, axis=0) - sizes
+        self._first_u, self._first_lam = starts.T
+        self._ranges = system.layout.ranges
         raise_everywhere(self._comm, self._shared_nodes(), SetUpError)
-        self.tests = self._new(self._count, self.n)
-        self._law = self._new(self.n, self._count)
-        self._near = self._new(self._count, self._count)
+        self.tests = empty_matrix(self._comm, self._count, self.n)
+        self._law = empty_matrix(self._comm, self.n, self._count)
+        self._near = empty_matrix(self._comm, self._count, self._count)
         for part in system.parts:
             for zone in part.zones:
                 self._add_zone(part.layout, zone)
@@ -110,14 +115,6 @@ class Condensation:
         self._extends: PETSc.Mat | None = None
 
     # Rows
-
-    def _find_rows(self) -> None:
-        """Number user's rows and multipliers each by themselves, rank by rank."""
-        sizes = np.array(self._comm.allgather((self.n, self._count)), dtype=np.int64)
-        self._sizes = sizes[:, 0]
-        starts = np.cumsum(sizes, axis=0) - sizes
-        self._first_u, self._first_lam = starts.T
-        self._ranges = self._system.layout.ranges
 
     def _split(self, rows: Rows) -> Rows:
         """Numbers among the user's rows, or among the multipliers, of rows of all."""
@@ -145,15 +142,6 @@ class Condensation:
         if (is_master & (is_slave > 0)).any():
             return f"{what} a node of a master too: solve by raymortar.NonlinearProblem"
         return None
-
-    def _new(self, rows: int, columns: int) -> PETSc.Mat:
-        """Empty matrix that takes entries anywhere."""
-        matrix = PETSc.Mat().create(self._comm)
-        matrix.setSizes(((rows, None), (columns, None)))
-        matrix.setType(PETSc.Mat.Type.AIJ)
-        matrix.setPreallocationNNZ((32, 16))
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        return matrix
 
     def _add_zone(self, layout: Layout, zone: ZoneData) -> None:
         """Enter test functions, law's rows and neighbours of a zone's facets."""
@@ -183,23 +171,19 @@ class Condensation:
         The multiplier of a node whose rows they prescribe is not determined: it extends
         those of the nodes next to it.
         """
-        if self._fixed is not None and np.array_equal(fixed, self._fixed):
-            same = True
-        else:
-            same, self._fixed = False, fixed.copy()
+        same = self._fixed is not None and np.array_equal(fixed, self._fixed)
+        self._fixed = fixed.copy()
         if self._comm.allreduce(int(not same)) == 0:
             return
         self._held = product(self.tests, fixed.astype(float)) > 0.0
         free = product(self._near, (~self._held).astype(float)) > 0.0
         alone = self._comm.allreduce(int((self._held & ~free).sum()))
-        message = None
         if alone:
-            message = (
+            raise SetUpError(
                 f"{alone} multipliers of a condensed contact are at slave nodes that "
                 "conditions prescribe, with none beside them that is free: swap slave "
                 "and master, or solve by raymortar.NonlinearProblem"
             )
-        raise_everywhere(self._comm, message, SetUpError)
 
     def weigh(self) -> None:
         """Take what nodes weigh at the last pairing. Collective."""

@@ -69,7 +69,11 @@ class CoupledSystem(CoupledIterates):
         for part in self.parts:
             if part.unknowns.spaces is None:
                 part.unknowns.spaces = [compat.test_space(a)]
-        strains = any(part.needs_strains for part in self.parts)
+        # The size of a given penalty is checked without
+        strains = any(
+            part.surfaces.multiplier is not None or part.gamma is None
+            for part in self.parts
+        )
         volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
         with self._compliance(volume, bcs) as compliance:
             for part in self.parts:
@@ -116,15 +120,10 @@ class CoupledSystem(CoupledIterates):
         return self._volume.diagonal
 
     @property
-    def couplings(self) -> Array:
-        """Couplings of fields at set-up, see `probing.VolumePattern`."""
-        return self._volume.couplings
-
-    @property
     def own_couplings(self) -> Array:
         """Coupling of each row of the forms to its field, (owned rows,)."""
         found = np.zeros(self.layout.n)
-        for field, row in zip(self.unknowns.fields(), self.couplings):
+        for field, row in zip(self.unknowns.fields(), self._volume.couplings):
             found[field.rows] = row[field.rows]
         return found
 
@@ -190,17 +189,24 @@ class CoupledSystem(CoupledIterates):
         """Number of the volume, and how often each contact's patterns were extended."""
         return (self._volume.number, *[part.extensions for part in self.parts])
 
-    def _require(self, name: str, thing: Any, kind: type) -> None:
+    def _require(self, name: str, thing: Any, kind: Any) -> None:
         """Raise unless a method may be called now, and with this object. Collective."""
-        message = self._order_fault(name)
-        if message is None and not isinstance(thing, kind):
+        message = None
+        if self.parts[0].volume is None and name == "make_room":
+            message = (
+                "make_room needs the volume's pattern: call create_matrix(a) first"
+            )
+        elif self.updates == 0:
+            message = f"{name} needs pairs: call update first"
+        elif any(part.gamma is None for part in self.parts):
+            message = f"{name} needs gamma: give one, or make a problem, which sets it"
+        elif not isinstance(thing, kind):
             message = (
                 f"{name} needs a PETSc {kind.__name__} over [u, multiplier], not "
                 f"{type(thing).__name__}"
             )
-        elif message is None:
-            rows = thing.getLocalSize()
-            rows = rows if kind is PETSc.Vec else rows[0]
+        else:
+            rows = np.ravel(thing.getLocalSize())[0]
             if rows != self.layout.size:
                 message = (
                     f"{name} needs {self.layout.size} rows on this rank, those of [u, "
@@ -208,16 +214,6 @@ class CoupledSystem(CoupledIterates):
                     "create_vector"
                 )
         raise_everywhere(self._comm, message)
-
-    def _order_fault(self, name: str) -> str | None:
-        """Message about a call that has to come first, if one is missing."""
-        if self.parts[0].volume is None and name == "make_room":
-            return "make_room needs the volume's pattern: call create_matrix(a) first"
-        if self.updates == 0:
-            return f"{name} needs pairs: call update first"
-        if any(part.gamma is None for part in self.parts):
-            return f"{name} needs gamma: give one, or make a problem, which sets it"
-        return None
 
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.

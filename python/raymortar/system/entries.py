@@ -41,15 +41,21 @@ def add_entries(A: PETSc.Mat, rows: Any, columns: Any, values: Array) -> None:
     A.setValuesIJV(*csr, addv=add, rowmap=rows[first].astype(kind))
 
 
+def empty_matrix(comm: MPI.Comm, rows: int, columns: int) -> PETSc.Mat:
+    """Make a matrix, with so many rows and columns here, that takes entries anywhere."""
+    A = PETSc.Mat().create(comm)
+    A.setSizes(((rows, None), (columns, None)))
+    A.setType(PETSc.Mat.Type.AIJ)
+    A.setPreallocationNNZ((32, 32))
+    A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+    return A
+
+
 def assembled(
     comm: MPI.Comm, size: int, rows: Any, columns: Any, values: Array
 ) -> PETSc.Mat:
     """Make a square matrix, with so many rows here, of entries in any rows. Collective."""
-    A = PETSc.Mat().create(comm)
-    A.setSizes(((size, None),) * 2)
-    A.setType(PETSc.Mat.Type.AIJ)
-    A.setPreallocationNNZ((32, 32))
-    A.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+    A = empty_matrix(comm, size, size)
     add_entries(A, *summed(rows, columns, values))
     A.assemble()
     return A

@@ -118,10 +118,7 @@ class TiePart:
                 "which leaves nothing to tie: swap slave and master"
             )
         raise_everywhere(self._comm, message, SetUpError)
-        self._make()
-
-    def _make(self) -> None:
-        """Assemble the matrix and that of its absolute entries."""
+        # The matrix and that of its absolute entries
         destroy(self._K, self._sizes)
         rows, columns, values = self._entries()
         self._K, self._sizes = (
@@ -234,13 +231,11 @@ class FluxTerms:
             part.solve_for(system.unknowns, self._layout, moves)
         # Owned unknowns on both sides of each tie
         self._tied = [
-            self._marked(part.field_rows) if isinstance(part, TiePart) else None
+            self._added_up(part.field_rows, np.ones(len(part.field_rows))) > 0.0
+            if isinstance(part, TiePart)
+            else None
             for part in self._parts
         ]
-
-    def _marked(self, rows: Global) -> Any:
-        """Whether owned unknowns are among rows of any rank. Collective."""
-        return self._added_up(rows, np.ones(len(rows))) > 0.0
 
     def choose_scales(self, sums: Array) -> None:
         """Scale multipliers as the fields' rows are, by the sums of their absolute
@@ -291,7 +286,9 @@ class FluxTerms:
         total = self._added_up(rows, values)
         increment = self._system.unknowns.owned_part(lacking.increment)
         if self._layout.comm.allreduce(int(increment.any())):
-            total += self._lifted(increment)
+            entries = [part.tangent(0.0)[0] for part in self._parts]
+            rows, columns, values = joined(entries)
+            total += self._added_up(rows, values * self._at(increment, columns))
         return total
 
     def _added_up(self, rows: Global, values: Array) -> Array:
@@ -301,12 +298,6 @@ class FluxTerms:
         b.setValues(rows.astype(PETSc.IntType), values, PETSc.InsertMode.ADD_VALUES)
         b.assemble()
         return b.getArray(readonly=True)[: self._layout.n].copy()
-
-    def _lifted(self, increment: Array) -> Array:
-        """Effect of prescribed increments on the other rows."""
-        entries = [part.tangent(0.0)[0] for part in self._parts]
-        rows, columns, values = joined(entries)
-        return self._added_up(rows, values * self._at(increment, columns))
 
     def sizes(self, groups: Groups) -> tuple[Array, Array]:
         """Add up by group what terms of the fields' rows had at the last tangent, and

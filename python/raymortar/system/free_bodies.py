@@ -43,6 +43,7 @@ class FreeBodies:
 
     def __init__(self, system: Any) -> None:
         self._system, self.layout = system, system.layout
+        self.bodies: tuple[Body, ...] = system.layout.bodies
         self._comm: MPI.Comm = system.layout.comm
         self._size = mean_facet_size(system.zones)
         self._stiffness: float | None = None
@@ -50,11 +51,6 @@ class FreeBodies:
         self._moved: set[Body] = set()
         # Bodies with a turn that the user has been told of
         self._told: set[Body] = set()
-
-    @property
-    def bodies(self) -> tuple[Body, ...]:
-        """The free bodies."""
-        return self.layout.bodies
 
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add the derivative of the forces other than contact. Collective.
@@ -66,7 +62,12 @@ class FreeBodies:
         for body in self.bodies:
             block = body.pushed()[1]
             push = self.push(body)
-            block = block + self._hold(push) + self._brake(push)
+            block = block + self._hold(push)
+            if body in self._moved:
+                # At its first touch each motion is limited to a facet, and vanishes with
+                # the residual, so that Newton's method stays quadratic
+                brake = np.linalg.norm(push.forces) / (MOST * self._size)
+                block += brake * np.eye(len(body.freedom))
             if self.layout.own_bodies:
                 rows = self.layout.body_rows[body].astype(PETSc.IntType)
                 A.setValues(rows, rows, block, addv=PETSc.InsertMode.ADD_VALUES)
@@ -75,7 +76,12 @@ class FreeBodies:
         """Artificial stiffness against loose motions, (n, n). Collective."""
         size = float(np.linalg.norm(push.unmet))
         if size == 0.0:
-            stiffness = self._mean_stiffness()
+            # The mean of the volume's dofs
+            if self._stiffness is None:
+                diagonal = np.abs(self._system.stiffness_diagonal)
+                sums = self._comm.allreduce(np.array([diagonal.sum(), len(diagonal)]))
+                self._stiffness = float(sums[0] / sums[1])
+            stiffness = self._stiffness
         else:
             way, ahead = push.way, np.inf
             if way is not None:
@@ -84,23 +90,6 @@ class FreeBodies:
             far = self._size if turns or not np.isfinite(ahead) else ahead
             stiffness = size / (far + LEAST * self._size)
         return stiffness * push.loose @ push.loose.T
-
-    def _brake(self, push: Push) -> Array:
-        """Artificial stiffness of a body at its first touch, (n, n). It limits each
-        motion to a facet, and vanishes with the residual, so that Newton's method stays
-        quadratic."""
-        count = len(push.body.freedom)
-        if push.body not in self._moved:
-            return np.zeros((count, count))
-        return np.linalg.norm(push.forces) / (MOST * self._size) * np.eye(count)
-
-    def _mean_stiffness(self) -> float:
-        """Mean stiffness of the volume's dofs. Force per length. Collective."""
-        if self._stiffness is None:
-            diagonal = np.abs(self._system.stiffness_diagonal)
-            sums = self._comm.allreduce(np.array([diagonal.sum(), len(diagonal)]))
-            self._stiffness = float(sums[0] / sums[1])
-        return self._stiffness
 
     def push(self, body: Body) -> Push:
         """Forces on a body at the last update. Collective."""
@@ -259,8 +248,16 @@ class FreeBodies:
         nearest = self._nearest(found)
         if nearest > far:
             return False  # springs hold it before
+        was_near = self._was_near(body, way, MOST * self._size)
         if not np.isfinite(nearest):
-            self._refuse_flight(body, way)
+            # A fault of the set-up, unless the slave was ahead of the body, or beside
+            # it, at the accepted step
+            raise (ConvergenceError if np.isfinite(was_near) else SetUpError)(
+                f"the rigid {body.name} is pushed along {format_point(way, digits=3)}, "
+                "and nothing stops it: no slave facet that it meets is ahead of it. Give "
+                "it stiffness, a force towards the slave, or a place from which it sees "
+                "the slave"
+            )
         freedom = body.freedom
         if np.isfinite(far):
             force *= 1.0 - nearest / far
@@ -270,22 +267,10 @@ class FreeBodies:
         self._moved.add(body)
         # Without inertia a flight takes no time, and is no slip; but a body that lay on
         # its slave has not flown
-        was_near = self._was_near(body, way, MOST * self._size)
         if was_near > LEAST * self._size and not freedom.has_inertia:
             for part in self._system.parts:
                 part.present.begin_slip_here(body)
         return True
-
-    def _refuse_flight(self, body: Body, way: Array) -> None:
-        """Raise for a body that flies past its slave: a fault of the set-up, unless the
-        slave was ahead of it, or beside it, at the accepted step. Collective."""
-        nearest = self._was_near(body, way, MOST * self._size)
-        raise (ConvergenceError if np.isfinite(nearest) else SetUpError)(
-            f"the rigid {body.name} is pushed along {format_point(way, digits=3)}, and "
-            "nothing stops it: no slave facet that it meets is ahead of it. Give it "
-            "stiffness, a force towards the slave, or a place from which it sees the "
-            "slave"
-        )
 
     def _has_left(self, push: Push) -> bool:
         """Whether a body flies away from all that it meets, and would from the place of
@@ -301,15 +286,6 @@ class FreeBodies:
         Collective."""
         pushes = [self.push(body) for body in self.bodies]
         return any([not one.touches and self._has_left(one) for one in pushes])
-
-    def _left_behind(self, push: Push) -> str:
-        """Message about a body that flies away from all that it meets. Collective."""
-        if not self._has_left(push):
-            return ""
-        return (
-            ": no slave facet that it meets is ahead of it, whatever the step. Give it "
-            "stiffness, or a force towards the slave"
-        )
 
     def rubbed(self) -> list[str]:
         """Sentences on bodies with a load that friction alone resists, at the last
@@ -340,11 +316,15 @@ class FreeBodies:
             end = "and nothing stops it"
             if push.touches and self._rubs(body):
                 end = "where friction alone resists"
-            if names:
-                found.append(
-                    f"the rigid {body.name} is pushed along {', '.join(names)}, {end}"
-                    + self._left_behind(push)
+            if not names:
+                continue
+            text = f"the rigid {body.name} is pushed along {', '.join(names)}, {end}"
+            if self._has_left(push):
+                text += (
+                    ": no slave facet that it meets is ahead of it, whatever the step. "
+                    "Give it stiffness, or a force towards the slave"
                 )
+            found.append(text)
         return found
 
 

@@ -12,10 +12,9 @@ import numpy as np
 from .. import compat
 from ..compat import Array, Indices
 from ..convergence.balance import Groups, largest_by, sum_by_group
-from ..discretization.bodies import find_parts
+from ..discretization.facets import shape_functions
 from ..discretization.ranks import marked_everywhere
-from ..discretization.reference_facets import shape_functions
-from ..discretization.surfaces import surface_areas, surface_normals
+from ..discretization.surfaces import find_parts, surface_areas, surface_normals
 from ..errors import format_point
 from .assembly import ContactAssembly
 from .coupled import CoupledSystem
@@ -49,12 +48,13 @@ def groups_of(system: CoupledSystem) -> Groups:
         of_row[field.rows] = group
     count = forces + len(fields) - 1
 
-    stiffness = np.zeros(layout.size)
-    stiffness[fields[0].rows] = system.stiffness_diagonal
+    stiffness, volume = np.zeros(layout.size), system.parts[0].volume
+    assert volume is not None
+    stiffness[fields[0].rows] = volume.diagonal
     stiffness[layout.n : begin] = np.concatenate(mass)
     couplings = np.zeros((len(fields), layout.size))
     if len(fields) > 1:
-        couplings[:, : layout.n] = system.couplings
+        couplings[:, : layout.n] = volume.couplings
     add = partial(sum_by_group, comm, of_row, count)
     rows, sums, squares = add(np.ones(layout.size), stiffness, stiffness**2)
     met = np.zeros((len(sides), 2 + count))

@@ -20,7 +20,7 @@ from ..errors import SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
-_SCALE = attrgetter("gamma_scale")
+_REVISION, _SCALE = attrgetter("present.revision"), attrgetter("gamma_scale")
 
 
 class CoupledIterates:
@@ -60,6 +60,12 @@ class CoupledIterates:
         return min(part.present.updates for part in self.parts)
 
     @property
+    def revision(self) -> int:
+        """Changes so far of all that an assembled residual depends on, except `u` and
+        `multiplier`: pairing, history, coefficient."""
+        return sum(map(_REVISION, self.parts))
+
+    @property
     def preallocations(self) -> int:
         """Number of times that a matrix was preallocated."""
         return max(part.preallocations for part in self.parts)
@@ -67,13 +73,8 @@ class CoupledIterates:
     @property
     def cpp(self) -> _cpp.ContactSystem:
         """The C++ system of the present rows."""
-        if self._cpp is None or self._cpp[0] is not self.layout.made_values:
-            values = self.layout.values
-            self._cpp = values, self._cpp_system(values)
-        return self._cpp[1]
-
-    def _cpp_system(self, values: _cpp.CoupledValues) -> _cpp.ContactSystem:
-        """Make the C++ system."""
+        if self._cpp is not None and self._cpp[0] is self.layout.made_values:
+            return self._cpp[1]
         zones = [
             _cpp.SystemZone(
                 zone=zone.cpp,
@@ -88,9 +89,11 @@ class CoupledIterates:
             for k, part in enumerate(self.parts)
             for zone in part.zones
         ]
+        values = self.layout.values
         made = _cpp.ContactSystem(zones, self.u.x.array, values)
         if self._groups is not None:
             made.set_groups(*self._groups)
+        self._cpp = values, made
         return made
 
     # Iterates
@@ -125,26 +128,30 @@ class CoupledIterates:
             for reference in part.surfaces.references:
                 raise_everywhere(self._comm, reference.fault(), SetUpError)
 
-    def take(self, x: PETSc.Vec, anew: bool) -> bool:
+    def take(self, x: PETSc.Vec, seen: int | None) -> int:
         """Take over an iterate: unknowns, pairing, integration. Collective.
+
+        Nothing is done if x is the last one and `seen`, the revision when it was taken,
+        is the present one.
 
         Returns
         -------
-        Whether anything was done.
+        The revision.
         """
-        cpp = self.cpp
+        cpp, now = self.cpp, sum(map(_REVISION, self.parts))
+        anew = seen != now
         if cpp.loads_changed():
             anew = True
             for part in self.parts:
                 part.present.check_loads()
         if not cpp.set_unknowns(x.handle, list(map(_SCALE, self.parts)), anew):
-            return False
+            return now
         if not self.unknowns.is_plain:
             self.unknowns.pull()
         if not (self.unknowns.is_plain and cpp.is_finite()):
             self._require_finite()
         self._pair(cpp, False)
-        return True
+        return sum(map(_REVISION, self.parts))
 
     @property
     def _scales(self) -> list[float]:

@@ -11,8 +11,8 @@ from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import compat
-from raymortar.discretization.bodies import connected, find_bodies
-from raymortar.discretization.folded import _by_place, in_order
+from raymortar.discretization.surfaces import connected, find_bodies
+from raymortar.discretization.tagged import _by_place, in_order
 
 
 def bodies_of_cells(V, bodies):

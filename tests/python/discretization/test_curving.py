@@ -15,7 +15,7 @@ from meshes.hertz import two_cylinders, two_spheres
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import Contact, ContactError, ContactWarning, compat
-from raymortar.discretization.reference_facets import N_CORNERS
+from raymortar.discretization.facets import N_CORNERS
 from raymortar.discretization.surfaces import surface_areas
 
 RADIUS, CHORD = 2.0, 0.27

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from raymortar import _cpp, compat
-from raymortar.discretization.reference_facets import (
-    facet_nodes,
-    reflection,
-    shape_functions,
-)
+from raymortar.discretization.facets import facet_nodes, reflection, shape_functions
 
 
 @pytest.mark.parametrize("degree", [1, 2])

@@ -17,11 +17,13 @@ from boxes import (
 )
 
 from raymortar.discretization.checks import check_areas, check_cells
-from raymortar.discretization.facets import Facets, facet_node_table, tagged_facets
-from raymortar.discretization.reference_facets import (
+from raymortar.discretization.facets import (
+    Facets,
+    facet_node_table,
     facet_nodes,
     normals,
     shape_functions,
+    tagged_facets,
 )
 from raymortar.discretization.surfaces import build_surface
 

@@ -15,7 +15,7 @@ from partitions import scattered
 from problems import COMM, worst
 
 from raymortar import AugmentedLagrangian, Checkpoint, ContactError, compat
-from raymortar.interface.state import ContactState
+from raymortar.interface.present import ContactState
 from raymortar.partitions import strips
 from raymortar.paths.tables import MARK
 
