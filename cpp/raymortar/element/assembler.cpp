@@ -11,12 +11,6 @@ std::unique_ptr<Assembler> make_assembler(const ContactState& s)
       s.has_law_at_nodes())
     return make_general_assembler(s);
   return with_geometry(s.slave,
-                       [&s]<class F>(F)
-                       {
-                         if constexpr (has_own_kernels<F>)
-                           return assembler_for<F>(s);
-                         else
-                           return make_general_assembler(s);
-                       });
+                       [&s]<class F>(F) { return assembler_for<F>(s); });
 }
 } // namespace raymortar
