@@ -1,4 +1,4 @@
-"""An iterate of a problem enters few Python functions."""
+"""An iterate of a problem enters few Python functions of ours."""
 
 import sys
 from pathlib import Path
