@@ -15,15 +15,8 @@ from .flux import Flux, FluxRates
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
-from .options.methods import (
-    AugmentedLagrangian,
-    Coulomb,
-    Friction,
-    Penalty,
-    Search,
-    Stick,
-    Tresca,
-)
+from .options.friction import Coulomb, Friction, Stick, Tresca
+from .options.methods import AugmentedLagrangian, Penalty, Search
 from .paths.checkpoint import Checkpoint
 from .paths.history import History
 from .paths.load_path import ArcLength, DisplacementControl

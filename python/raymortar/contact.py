@@ -18,7 +18,8 @@ from .interface.contact_surfaces import checked
 from .interface.offsets import Adjustment
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import ContactState
-from .options.methods import AugmentedLagrangian, ContactOptions, Law, Penalty, Search
+from .options.friction import Law
+from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body

@@ -29,7 +29,7 @@ from .interface.pairs import in_other_order
 from .interface.present import PresentState
 from .interface.slave_nodes import CLOSE, distance_ratio, rigid_slaves
 from .interface.zone_data import ZoneData
-from .options.methods import Friction, Law
+from .options.friction import Friction, Law
 from .system.assembly import ContactAssembly
 
 

@@ -200,7 +200,7 @@ private:
   }
 };
 
-/// @brief Whether a law has a kernel of its own on facets of type F. Friction
+/// @brief Tells whether a law has its own kernel on facets of type F. Friction
 /// on quadrilaterals of degree 2 is rare, and there the kernel of any facets
 /// takes 1.0 to 1.6 of the typed one's time.
 template <class F, class Law>

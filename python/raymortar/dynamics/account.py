@@ -234,14 +234,12 @@ class Account:
             found["elastic"] = lambda: float(self.now.elastic or 0.0)
         axes = "xyz"[: self._d]
         turns = [""] if self._d == 2 else [f"_{x}" for x in axes]
-        names = [f"momentum_{x}" for x in axes], [
-            f"moment_of_momentum{x}" for x in turns
+        names = [
+            *((0, k, f"momentum_{x}") for k, x in enumerate(axes)),
+            *((1, k, f"moment_of_momentum{x}") for k, x in enumerate(turns)),
         ]
-        for of, one in enumerate(names):
-            for k, name in enumerate(one):
-                found[name] = partial(
-                    lambda *at: float(self.moments[at[0]][at[1]]), of, k
-                )
+        for of, k, name in names:
+            found[name] = partial(lambda of, k: float(self.moments[of][k]), of, k)
         for k, name in enumerate(self._impulse_names()):
             found[name] = partial(lambda k: float(self._impulse.flat[k]), k)
         return found

@@ -5,7 +5,7 @@
   volume's matrix
 - slave_nodes: slave nodes that are covered, shared or prescribed
 - present: the present state, and the one that a step starts from
-- overlap: gaps at the start
+- overlap, straight_facets: gaps at the start, and offsets
 - friction_at_points: users' friction laws
 - point_results: statuses, and values at points from nodes and back
 - pairs: names of pairs

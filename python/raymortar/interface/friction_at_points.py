@@ -21,7 +21,7 @@ from ..discretization.slave_fields import (
     on_facets,
 )
 from ..errors import SetUpError, format_point, raise_everywhere, together, warn
-from ..options.methods import Friction, Law
+from ..options.friction import Friction, Law
 from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
 from .point_results import CLOSED, accumulated_slip, nodes, undeformed
 from .zone_data import ZoneData

@@ -20,14 +20,15 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..options.methods import ContactOptions, Friction, Penalty
+from ..options.friction import Friction
+from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body, require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
-from .overlap import warn_of_straight_facets, warn_of_turned_arcs
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
+from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .zone_data import on_sides, opposite_points
 
 

@@ -1,6 +1,6 @@
 """Choices of the user: method, friction law, search, quadrature.
 
-- methods: `AugmentedLagrangian`, `Penalty`, `Search`, friction laws, and all arguments of
-  a `Contact`
-- user_laws: laws that are functions of the user's
+- methods: `AugmentedLagrangian`, `Penalty`, `Search`, and all arguments of a `Contact`
+- friction: `Coulomb`, `Tresca`, `Stick`, `Friction`
+- quadrature: rules on segments and facets
 """

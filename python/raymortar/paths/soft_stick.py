@@ -17,7 +17,7 @@ from ..discretization.facets import shape_functions
 from ..discretization.surfaces import surface_areas
 from ..interface.point_results import PointStatus
 from ..interface.zone_data import ZoneData
-from ..options.methods import Stick
+from ..options.friction import Stick
 
 # Factor on the share of slip from one tangent to the next
 HARDENS = 0.5

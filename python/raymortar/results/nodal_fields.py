@@ -16,7 +16,7 @@ from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import OPEN, OfPoints, set_at_nodes, tractions
 from ..interface.present import PresentState
-from ..options.methods import Law
+from ..options.friction import Law
 
 PARTS = ("total", "normal", "tangential")
 

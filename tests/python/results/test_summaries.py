@@ -8,7 +8,7 @@ from problems import COMM, build, stack
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import NodeStatus, PointStatus
-from raymortar.options.methods import Coulomb
+from raymortar.options.friction import Coulomb
 
 
 @pytest.mark.quick
