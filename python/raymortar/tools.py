@@ -131,11 +131,16 @@ def _facet_numbers(mesh: Mesh, facets: Any) -> compat.Indices:
 
 def _constant(mesh: Mesh, value: Any, shape: tuple[int, ...]) -> fem.Constant:
     """A value as a Constant of the size that a condition needs."""
+    wanted = "a number" if shape == () else f"a number or {shape[0]} numbers"
+    if isinstance(value, fem.Function):
+        raise ContactError(
+            f"value must be {wanted}, not {described(value)}: dolfinx.fem.dirichletbc takes "
+            "a Function"
+        )
     try:
         array = np.asarray(value, dtype=PETSc.ScalarType)
         full = np.array(np.broadcast_to(array, shape))
     except (TypeError, ValueError):
-        wanted = "a number" if shape == () else f"a number or {shape[0]} numbers"
         raise ContactError(f"value must be {wanted}, not {described(value)}") from None
     return fem.Constant(mesh, full if shape else PETSc.ScalarType(full))
 

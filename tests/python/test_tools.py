@@ -67,6 +67,12 @@ def test_conditions_that_cannot_be_are_refused(scene, value, component, said):
         tools.prescribe(V, scene.find("bottom"), value, component)
 
 
+def test_a_function_is_for_another_call(scene):
+    V = tools.vector_space(scene.mesh, 1)
+    with pytest.raises(ContactError, match="dolfinx.fem.dirichletbc takes a Function"):
+        tools.prescribe(V, scene.find("bottom"), fem.Function(V))
+
+
 @pytest.mark.parametrize(
     "facets, said",
     [

@@ -29,6 +29,10 @@ OPENS, CLOSES = 10.0, 0.3
 # Facets that a traction has to reach over, more than the next one
 LEAST_REACH = 2.0
 
+# Least stiffness of neighbouring nodes over that of the surface in bodies that bend. Of a
+# half-plane 400 times as wide as the contact it is 7, of strips 18 and more
+BENDS = 12.0
+
 # Share of the largest traction from which a node is closed when a solve begins
 TRACTION = 1e-9
 
@@ -60,7 +64,8 @@ class SoftStick:
 
     So does the front of a body that bends and peels off a tool, which has come down on
     many nodes at once: those that were open when the last step ended, and are closed
-    where the solve begins, have a share of the tangent of open ones.
+    where the solve begins, have a share of the tangent of open ones. In compact bodies
+    this takes two or three iterations more, and is left out.
 
     At points a few may open and close in turn, and the same iterates come again: a step
     of half the length leaves them, or one of a quarter, or an eighth.
@@ -107,10 +112,10 @@ class SoftStick:
     def _shares(self, zone: _Softened) -> tuple[float, float]:
         """Shares of slip and of opening in the next tangent, 0 where they reach no
         further than the next facet."""
-        reach = zone.stiffness / zone.part.gamma_scale / LEAST_REACH**2
+        reach, least = zone.stiffness / zone.part.gamma_scale, LEAST_REACH**2
         slip = HARDENS**self._count if zone.slips else 0.0
-        opening = OPENS * CLOSES**self._count if self._free and reach > 1.0 else 0.0
-        return slip * (slip * reach > 1.0), opening * (opening * reach > 1.0)
+        opening = OPENS * CLOSES**self._count if self._free and reach > BENDS else 0.0
+        return slip * (slip * reach > least), opening * (opening * reach > least)
 
     def _softened(self) -> list[int]:
         """Find the zones whose traction still reaches beyond the next facet."""

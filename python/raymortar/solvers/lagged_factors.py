@@ -56,7 +56,9 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     most = options.get("lagged_most", A_FACTORISATION)
     if not (is_whole_number(most) and most >= 0):
         raise ContactError(f"lagged_most = {most!r} must be a whole number from 0 on")
-    direct: dict[str, Any] = {**DIRECT, "pc_factor_mat_solver_type": package}
+    # Of no type: it follows the symmetry of the tangents, unless the user has chosen
+    direct = {k: v for k, v in DIRECT.items() if k != "pc_type"}
+    direct["pc_factor_mat_solver_type"] = package
     gmres = {"ksp_type": "gmres", "ksp_gmres_restart": 100}
     inner = nested(LaggedFactorsSolver, lagged=gmres, direct=direct)
     return inner | {"ksp_rtol": RTOL, "lagged_most": A_FACTORISATION} | options
@@ -87,7 +89,7 @@ class LaggedFactorsSolver(InnerSolvers):
         # Iterations with the present factors, and how many there may be
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
-        # Whether all tangents so far were symmetric, and MUMPS factorises
+        # Whether all tangents so far were symmetric, and the type of factors is ours
         self._symmetric = True
         # The last tangent, and how many systems it was used for
         self._tangent, self._uses = (0, 0), 0
@@ -175,13 +177,17 @@ class LaggedFactorsSolver(InnerSolvers):
         kind = "cholesky" if self._symmetric else "lu"
         if pc.getType() != kind:
             pc.setType(kind)
-            pc.setFactorSolverType("mumps")
+            pc.setFromOptions()
 
     def _make(self, ksp: PETSc.KSP) -> None:
         """Make the inner solvers. Collective."""
         table = PETSc.Options(ksp.getOptionsPrefix() or "")
         self._most = table.getInt("lagged_most", A_FACTORISATION)
-        self.direct = self._made(ksp, "direct_")
+        self._symmetric = not table.hasName("direct_pc_type")
+        self.direct = inner_solver(ksp, "direct_")
+        if self._symmetric:
+            self.direct.getPC().setType("lu")
+        self.direct.setFromOptions()
         self.krylov = inner_solver(ksp, "lagged_")
         self.krylov.setPC(self.direct.getPC())
         self.krylov.setFromOptions()

@@ -160,6 +160,21 @@ def test_symmetric_tangents_are_factorised_as_such(kind, factors):
     assert worst(found[0] - found[1]) < 1e-9 * worst(found[0])
 
 
+@pytest.mark.parametrize(
+    "own, factors", [({}, "cholesky"), ({"direct_pc_type": "lu"}, "lu")]
+)
+def test_factors_of_a_given_type_stay(own, factors):
+    scene = stack("quadrilateral", (3, 4))
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    F, _, _ = residual(scene, u, "linear")
+    V = u.function_space
+    bcs = [fix(V, scene, "bottom_0"), *held(V, scene, -0.02)]
+    problem = NonlinearProblem(F, interactions("tie", u, scene), bcs)
+    solver = SNESSolver(problem, solvers.lagged_factors(**own))
+    solver.solve()
+    assert context(solver).direct.getPC().getType() == factors
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("most, least", [(0, 1.0), (1, 0.8)])
 def test_factors_are_made_again_where_gmres_stalls(most, least):
