@@ -14,7 +14,9 @@ from ..problem import CoupledProblem
 
 # Work of the law's residuals, over that of the bodies, from which forces depend on gamma
 # by some percent (docs/measured/few_facets)
-SHARE = 0.01
+SHARE = 0.02
+# Facets that are few, by dimension: 4 across contact at two places, or of triangles
+FEW = {2: 8, 3: 32}
 
 
 class FewFacets:
@@ -49,12 +51,12 @@ class FewFacets:
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
-        if self._left <= SHARE * self._pressed:
+        surface, count = self._zone.facets.slave_surface, int(self._facets)
+        if count > FEW[surface.gdim] or self._left <= SHARE * self._pressed:
             return None
         work = _work_of_bodies(problem)
         if not self._left > SHARE * work > 0.0:
             return None
-        surface, count = self._zone.facets.slave_surface, int(self._facets)
         middles, most = surface.X[surface.facet_nodes].mean(axis=1), (0.0, "")
         if self._carried.any():
             k = int(np.argmax(self._carried))

@@ -65,7 +65,7 @@ def spread(*scene, **options):
         ("quadrilateral", 6, {}),
         ("quadrilateral", 6, {"friction": Coulomb(0.3)}),
         ("triangle", 8, {}),
-        ("quadrilateral", 3, {"degree": 2}),
+        ("triangle", 4, {"degree": 2}),
         ("tetrahedron", 4, {}),
     ],
 )
