@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from ..compat import Array
@@ -85,7 +83,7 @@ def _work_of_bodies(problem: CoupledProblem) -> float:
     if volume.updated is not None:
         return float(problem.comm.allreduce(np.abs(forces) @ np.abs(u)))
     values = unknowns.values()
-    rest: Any = values.copy()
+    rest = values.copy()
     rest[unknowns.u_local] = 0.0
     try:
         unknowns.set_values(rest)
