@@ -22,13 +22,14 @@ PART = 0.2
 TWO, KEPT = 2.0, 0.5
 
 
-def jump(zone: ZoneData, W: FunctionSpace) -> tuple[float, str]:
+def jump(
+    zone: ZoneData, points: dict[str, Array], W: FunctionSpace
+) -> tuple[float, str]:
     """Find by how much the normal of contact has jumped since the accepted step, where one
     facet at a time carries it; and say so. 0 if contact has not moved so, or the normal
     has turned by less than `JUMP`. Degrees. Collective.
     """
-    points, comm = zone.points(), zone.comm
-    facets = len(zone.multiplier_table)
+    facets, comm = len(zone.multiplier_table), zone.comm
     closed = points["status"] >= CLOSED
     force = _sum(points, closed, np.abs(points["weight"] * points["pressure"]), facets)
     was = np.zeros(facets) if zone.carried is None else zone.carried

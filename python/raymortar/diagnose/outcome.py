@@ -29,6 +29,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import LARGEST_TURN, Body
 from .failure import automatic_gamma, compared, corner_between, describe
+from .few_facets import FewFacets
 from .inverted import inverted_cells
 from .lost_contact import lost_contact
 from .missed import warn_of_passed_masters
@@ -84,7 +85,9 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
         raise_everywhere(problem.comm, message, ConvergenceError)
     if problem.part_of.get("steps"):
         return
-    Doubts(problem).warn(stacklevel=4)
+    doubts = Doubts(problem)
+    doubts.warn(stacklevel=4)
+    doubts.end(stacklevel=4)
     loss = lost_contact(problem)
     if loss is None:
         warn_of_passed_masters(problem.contact)
@@ -99,13 +102,16 @@ class Finding:
 
     `about` is the same for the same doubt about another state, and `size` says how bad
     it is. `text` names pair or body, place and value. `remedy` gives the end of the text,
-    once it is to be warned of, or None if there is no doubt. Collective.
+    once it is to be warned of, or None if there is no doubt. A doubt with a `force`
+    counts where this is the largest of a path, and is warned of at its end: bodies that
+    begin to touch do so with one facet. Collective.
     """
 
     about: tuple[Any, ...]
     size: float
     text: str
     remedy: Callable[[], str | None] = str
+    force: float | None = None
 
 
 class Doubts:
@@ -116,6 +122,7 @@ class Doubts:
 
     def __init__(self, problem: CoupledProblem) -> None:
         self._problem, self._warned = problem, dict[tuple[Any, ...], float]()
+        self._forces, self._late = dict[Any, float](), dict[Any, str | None]()
         self._accepted = self._found = self._on_tools()[0]
 
     def _on_tools(self) -> tuple[float, str]:
@@ -141,12 +148,25 @@ class Doubts:
         """
         self._accepted = self._found
         for found in findings(self._problem):
-            if found.size > WORSE * self._warned.get(found.about, 0.0):
+            if found.force is not None:
+                if found.force > self._forces.get(found.about, 0.0):
+                    self._forces[found.about] = found.force
+                    self._late[found.about] = found.remedy()
+            elif found.size > WORSE * self._warned.get(found.about, 0.0):
                 self._warned[found.about] = found.size
                 remedy = found.remedy()
                 if remedy is not None:
                     text = found.text + remedy
                     warn(text, stacklevel + 1)
+
+    def end(self, stacklevel: int) -> None:
+        """Warn on every rank of what counts at the largest force of a path, now ended,
+        once for all paths of a problem."""
+        for zone in self._problem.contact.zones:
+            text = self._late.get(("few", id(zone)))
+            if text is not None:
+                zone.depends_on_gamma = True
+                warn(text, stacklevel + 1)
 
 
 def findings(problem: CoupledProblem) -> Iterator[Finding]:
@@ -177,9 +197,14 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
         for number, zone in enumerate(one.zones):
             if one.multiplier is None:
                 break
-            angle, text = jump(zone, one.multiplier.function_space)
+            points = zone.points()
+            angle, text = jump(zone, points, one.multiplier.function_space)
             if angle > 0.0:
                 yield Finding(("jump", id(zone)), angle, text)
+            if not (zone.has_law_at_nodes or zone.depends_on_gamma):
+                few = FewFacets(zone, points, one.gamma_scale)
+                told = partial(few.told, problem)
+                yield Finding(("few", id(zone)), 0.0, "", told, few.force)
             if one.friction is None and not zone.is_pulled:
                 yield from _tension(problem, one, number)
     yield from _tilts(contact)

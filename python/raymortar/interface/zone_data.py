@@ -136,6 +136,7 @@ class ZoneData:
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
     is_pulled: bool = False  # warned of, see `warn_of_tension`
+    depends_on_gamma: bool = False  # warned of, see `diagnose.few_facets`
     # Force on each slave facet at the last state that `diagnose.narrow` has seen
     carried: Array | None = None
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with

@@ -314,6 +314,7 @@ class LoadSteps:
             )
         ways.finish()
         masters.warn()
+        doubts.end(stacklevel=3)
         for one in contact.contacts:
             for watcher in one.assembly.present.watchers:
                 text = watcher.path_ended()

@@ -1,0 +1,141 @@
+"""Contact of few facets, whose forces depend on gamma, is told, once and at its end."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+import slender
+from problems import COMM
+from rigid_scenes import E, press
+
+from raymortar import (
+    AugmentedLagrangian,
+    ContactWarning,
+    Coulomb,
+    LoadSteps,
+    Penalty,
+    PointStatus,
+    SNESSolver,
+    rigid,
+)
+
+
+def indented(cell, n, depth=0.03, factor=1.0, unit=1.0, **options):
+    """A block below a ball, with the automatic gamma times a factor."""
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
+    centre = (0.45, 1.3, 0.0) if dim == 2 else (0.45, 0.5, 1.3)
+    ball = rigid.Circle if dim == 2 else rigid.Sphere
+    body = rigid.Body(ball(unit * np.array(centre[:dim]), 0.3 * unit), name="ball")
+    scene = press(cell, body, n, unit=unit, **options)
+    down = unit * np.eye(dim)[-1]
+    if factor != 1.0:
+        scene.contact.set_gamma(factor * scene.contact.gamma)
+    return scene, lambda t: body.move(-depth * t * down)
+
+
+def few(caught):
+    """Those of the warnings that are of few facets."""
+    return [str(one.message) for one in caught if "depend on gamma" in str(one.message)]
+
+
+def told(problem, apply, steps=3):
+    """What is told of few facets on a path."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        LoadSteps(SNESSolver(problem), apply, steps, progress=False).run()
+    return few(caught)
+
+
+def spread(*scene, **options):
+    """Change of the force with a tenth and ten times the automatic gamma, the larger."""
+    forces = []
+    for factor in (1.0, 0.1, 10.0):
+        made, apply = indented(*scene, factor=factor, **options)
+        told(made.problem, apply)
+        forces.append(np.linalg.norm(made.contact.resultant_on(made.body).force))
+    return np.abs(np.array(forces[1:]) / forces[0] - 1.0).max()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "cell, n, options",
+    [
+        ("quadrilateral", 6, {}),
+        ("quadrilateral", 6, {"friction": Coulomb(0.3)}),
+        ("triangle", 8, {}),
+        ("triangle", 4, {"degree": 2}),
+        ("tetrahedron", 4, {}),
+    ],
+)
+def test_few_facets_are_told_once_with_number_and_place(cell, n, options):
+    scene, apply = indented(cell, n, **options)
+    (text,) = told(scene.problem, apply)
+    facets = COMM.allreduce(carrying(scene.contact))
+    assert text.startswith(f"{facets} facet"), text
+    assert "of slave tag 1, most at the undeformed (" in text
+    assert "at least 4 lie across" in text
+    assert told(scene.problem, apply) == []  # said once
+
+
+def carrying(contact):
+    """Slave facets of this rank that have a closed point."""
+    points = contact.points()
+    return len(np.unique(points["slave"][points["status"] >= PointStatus.STICK]))
+
+
+@pytest.mark.parametrize("n, many", [(4, True), (6, True), (16, False), (24, False)])
+def test_it_is_told_where_the_force_depends_on_gamma(n, many):
+    scene, apply = indented("quadrilateral", n)
+    assert bool(told(scene.problem, apply)) is many
+    change = spread("quadrilateral", n)
+    assert change > 0.03 if many else change < 0.01
+
+
+@pytest.mark.parametrize("unit, stiffer", [(1e-3, 1e9), (1e4, 1e-4)])
+def test_it_has_no_unit(unit, stiffer):
+    texts = []
+    for scale, factor in ((1.0, 1.0), (unit, stiffer)):
+        scene, apply = indented("quadrilateral", 6, unit=scale, stiffer=factor)
+        (text,) = told(scene.problem, apply)
+        texts.append(text[text.index("do 0.") :])
+    assert texts[0] == texts[1]
+
+
+@pytest.mark.mpi
+def test_first_touches_of_a_path_are_not_told():
+    """A step with one facet is, where it stays the last one."""
+    scene, apply = indented("quadrilateral", 24, depth=0.04)
+    assert told(scene.problem, apply, 16) == []
+    scene, apply = indented("quadrilateral", 24, depth=0.002)
+    assert len(told(scene.problem, apply, 1)) == 1
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"method": AugmentedLagrangian(condition="nodes")},  # does not depend on it
+        {"method": Penalty(10.0 * E)},  # is known to
+        {"depth": -0.01},  # does not touch
+    ],
+)
+def test_what_has_no_such_force_is_not_told(options):
+    scene, apply = indented("quadrilateral", 6, **options)
+    assert told(scene.problem, apply) == []
+
+
+def test_bodies_that_bend_are_not_told():
+    path = slender.bent(20, cells=(16, 2))
+    assert told(path.problem, path.apply, 2) == []
+
+
+@pytest.mark.mpi
+def test_a_lone_solve_is_told():
+    scene, apply = indented("quadrilateral", 6)
+    apply(1.0)
+    for expected in (1, 0):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always", ContactWarning)
+            SNESSolver(scene.problem).solve()
+        assert len(few(caught)) == expected
