@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..compat import Array, Indices, Mask
 from ..discretization.ranks import destroy
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
+from ..solvers.solver import temporarily
 from .inertia import Inertia, owned_values
 from .schemes import Midpoint, Scheme, StepEquation, end_of_step
 
@@ -304,14 +305,9 @@ class MovingVolume:
         self.revision = 0
         problem.make_room_for(motion.inertia.matrix)
 
-    @contextmanager
-    def acting(self) -> Iterator[None]:
+    def acting(self) -> AbstractContextManager[None]:
         """Put inertia into the problem."""
-        self._problem.volume = self
-        try:
-            yield
-        finally:
-            self._problem.volume = self.given
+        return temporarily(self._problem, volume=self)
 
     @property
     def kept(self) -> Any:

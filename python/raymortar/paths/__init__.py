@@ -6,7 +6,7 @@
 - strategies: ways that are tried before a step is halved
 - prediction: starts of steps, and the way that goes first
 - soft_stick: first tangents in which fronts of slip and of opening run
-- soft_start: rough solves that others start from where bodies bend
+- soft_start: solves with smaller coefficients and shorter steps
 - stabilization: viscous forces that fade
 - energy_balance: balance that tells a path of equilibria from a jump
 - history, patch_columns, output: records of a path

@@ -174,9 +174,6 @@ class PrescribedPath:
         """Take over the end of a solved step, before its results are recorded."""
         self.factor = self.next
 
-    def accepted(self) -> None:
-        """Go on from a step that has been recorded and accepted."""
-
     def describe(self) -> str:
         """Name the failed step for a message."""
         return f"load factor {self.next:.6g} failed"

@@ -264,7 +264,7 @@ class LoadSteps:
                 timed = one.friction is not None or one.layout.bodies
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
-            path.begin()
+            self._begin_step()
             try:
                 iterations = self._solve(ways, before, last)
                 doubts.require_gradual()
@@ -279,7 +279,7 @@ class LoadSteps:
                 self.halvings += 1
                 progress.trying(HALVED)
                 continue
-            path.reached()
+            self._reached()
             problem.evaluate()
             masters.look()
             doubts.warn(stacklevel=3)
@@ -297,7 +297,7 @@ class LoadSteps:
             if self.output is not None:
                 self.output.write(path.time)
             contact.advance()
-            path.accepted()
+            self._passed()
             self._tell(self.on_accept)
             ways.accepted(before)
             path.sizes.accept(iterations)
@@ -319,6 +319,19 @@ class LoadSteps:
                 text = watcher.path_ended()
                 if text is not None:
                     warnings.warn(text, ContactWarning, stacklevel=3)
+
+    # Parts of a step
+
+    def _begin_step(self) -> None:
+        """Set the loads of a step before it is solved."""
+        self._path.begin()
+
+    def _reached(self) -> None:
+        """Take over the end of a solved step, before its results are recorded."""
+        self._path.reached()
+
+    def _passed(self) -> None:
+        """Go on from a step that has been recorded and accepted."""
 
     def _warn_of_velocities(self) -> None:
         """Warn of velocities of free bodies, which have no inertia here."""

@@ -1,14 +1,18 @@
-"""Soft coefficients of laws at points where bodies bend, for a start or for good."""
+"""Solves with smaller coefficients and shorter steps, for a start or for good."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
+from dolfinx.fem import Function
+
 from ..diagnose.failure import FAILURES
-from ..errors import ContactWarning
+from ..errors import ContactWarning, SetUpError
+from ..solvers.newton import NewtonSolver, SNESSolver
+from ..solvers.solver import temporarily
 
 # Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
 # (docs/measured/slip_fronts.md)
@@ -20,6 +24,19 @@ MANY, IN_A_ROW = 8, 2
 
 # Relative tolerance of a first solve, whose solution is a start
 ROUGH = 1e-3
+
+# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
+# fewer points open and close during a solve (docs/measured/robustness_paths.md)
+SMALL = 0.1
+
+# Largest number of times that a path goes on with a tenth of gamma
+MOST_KEPT = 2
+
+# Factor for the number of iterations where shorter steps need more, as those of a line
+# search, or where halving the load step would not save them
+MORE_ITERATIONS = 2
+
+_LINE_SEARCH = "snes_linesearch_type"
 
 
 class SoftStart:
@@ -69,14 +86,10 @@ class SoftStart:
     ) -> int:
         """Solve roughly from the present state, within what `softening` makes; return
         the iterations. Collective."""
-        given = [one.gamma for one, _ in self._softer]
-        try:
+        with _given_back([one for one, _ in self._softer]):
             _soften(self._softer)
             with softening():
                 return solve_roughly(solver)
-        finally:
-            for (one, _), gamma in zip(self._softer, given):
-                one.set_gamma(gamma)
 
 
 def propose_nodes(problem: Any) -> list[str]:
@@ -124,18 +137,104 @@ def _soften(contacts: list[tuple[Any, Any]]) -> None:
 
 def solve_roughly(solver: Any) -> int:
     """Solve for a state to start from; return the iterations. Collective."""
-    tolerances = solver.tolerances
-    solver.tolerances = max(ROUGH, tolerances[0]), tolerances[1]
-    try:
-        # The state is not kept, and warnings of it are of no interest
+    rtol, atol = solver.tolerances
+    # The state is not kept, and warnings of it are of no interest
+    with temporarily(solver, tolerances=(max(ROUGH, rtol), atol)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
-            return int(solver.solve()[0])
+            return iterations_of(solver)
+
+
+def iterations_of(solver: Any) -> int:
+    """Solve once and return the iterations."""
+    return int(solver.solve()[0])
+
+
+def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> int:
+    """Solve with a tenth of gamma, then with gamma from there. Collective.
+
+    Where that fails, the tenth stays for contacts with a multiplier, if there is a list
+    for what was given: both solutions meet the contact conditions in the mean.
+    """
+    contact = solver.problem.contact
+    with _given_back(contact.contacts) as given:
+        _reduce(contact.contacts)
+        iterations = solve_roughly(solver)
+    reached = contact.state()
+    try:
+        return iterations + iterations_of(solver)
+    except FAILURES as failure:
+        led = [one for one in contact.contacts if one.multiplier is not None]
+        if isinstance(failure, SetUpError) or not led:
+            raise
+        if kept is None or len(kept) == MOST_KEPT:
+            raise
+    contact.restore(reached)
+    _reduce(led)
+    try:
+        iterations += iterations_of(solver)
+    except FAILURES:
+        set_gammas(contact.contacts, given)
+        raise
+    kept.append(given)
+    return iterations
+
+
+@contextmanager
+def _given_back(contacts: Sequence[Any]) -> Iterator[list[Any]]:
+    """Give contacts their coefficients back in the end. Collective."""
+    given = [one.gamma for one in contacts]
+    try:
+        yield given
     finally:
-        solver.tolerances = tolerances
+        set_gammas(contacts, given)
+
+
+def set_gammas(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    """Give each contact its coefficient. Collective."""
+    for contact, gamma in zip(contacts, gammas):
+        contact.set_gamma(gamma)
+
+
+def _reduce(contacts: Sequence[Any]) -> None:
+    """Give each contact a tenth of its coefficient. Collective."""
+    set_gammas(contacts, [_tenth(contact.gamma) for contact in contacts])
+
+
+def _tenth(gamma: Any) -> Any:
+    """Make a coefficient, a number or a field, of a tenth of the size."""
+    if not isinstance(gamma, Function):
+        return SMALL * gamma
+    small = Function(gamma.function_space)
+    small.x.array[:] = SMALL * gamma.x.array
+    return small
 
 
 def _largest(gamma: Any) -> float:
     """Largest value of a number or of coefficients by pair."""
     tables = getattr(gamma, "tables", None)
     return float(gamma) if tables is None else max(float(t.max()) for t in tables)
+
+
+def with_line_search(solver: Any) -> SNESSolver | None:
+    """SNES with line search, on the matrix and with the linear solver of another one.
+
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
+    """
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
+    if isinstance(solver, SNESSolver):
+        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
+            return None
+    elif not (
+        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
+    ):
+        return None
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
+    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
+    return other
