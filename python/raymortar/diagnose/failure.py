@@ -243,17 +243,13 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     """Sentences on coefficients far off the automatic ones, with the stiffness of the
     accepted displacement: that of an iterate may be any. Collective."""
     contact, found = problem.contact, []
-    reached = contact.unknowns.values()
-    accepted = reached.copy()
-    accepted[contact.unknowns.u_local] = contact.u_old
-    contact.unknowns.set_values(accepted)
-    try:
+    with contact.unknowns.lent() as accepted:
+        accepted[contact.unknowns.u_local] = contact.u_old
+        contact.unknowns.set_values(accepted)
         for one in contact.contacts:
             now = automatic_gamma(problem, one)
             if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
                 found.append(compared(one, now))
-    finally:
-        contact.unknowns.set_values(reached)
     return found
 
 

@@ -102,16 +102,10 @@ class Motion:
     @contextmanager
     def at(self, values: Array) -> Iterator[None]:
         """Give the unknowns other owned values, (n,), for a while. Collective."""
-        functions = self._unknowns.functions
-        kept = [f.x.array.copy() for f in functions]
-        self.set(functions, values)
-        self._unknowns.pull()
-        try:
-            yield
-        finally:
-            for f, before in zip(functions, kept):
-                f.x.array[:] = before
+        with self._unknowns.lent():
+            self.set(self._unknowns.functions, values)
             self._unknowns.pull()
+            yield
 
     # Start
 

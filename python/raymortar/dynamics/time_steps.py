@@ -25,8 +25,8 @@ from ..errors import (
 )
 from ..interface.present import State
 from ..paths.history import History
-from ..paths.load_path import PrescribedPath, StepSizes
-from ..paths.load_steps import LoadSteps, check_solver
+from ..paths.load_path import PrescribedPath, StepSizes, check_solver
+from ..paths.load_steps import LoadSteps
 from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
 from .account import Account, Energy

@@ -1,10 +1,11 @@
-"""Solves with smaller coefficients and shorter steps, for a start or for good."""
+"""Solves with softened tangents, smaller coefficients, shorter steps."""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cached_property, partial
 from typing import Any
 
 from dolfinx.fem import Function
@@ -13,6 +14,8 @@ from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, SetUpError
 from ..solvers.newton import NewtonSolver, SNESSolver
 from ..solvers.solver import temporarily
+from .prediction import Backoff
+from .soft_stick import SoftStick
 
 # Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
 # (docs/measured/slip_fronts.md)
@@ -90,6 +93,107 @@ class SoftStart:
             _soften(self._softer)
             with softening():
                 return solve_roughly(solver)
+
+
+class PlainSolver:
+    """Solves steps by the solver as it was given, with softened tangents, and from a soft
+    start where bodies bend. Collective."""
+
+    def __init__(self, solver: Any, may_start_softly: bool) -> None:
+        self._solver, self._may_start = solver, may_start_softly
+        self._convergence = solver.problem.convergence
+        # None: not yet asked for. It is left out for a while after failures
+        self._start: SoftStart | None = None
+        self._starts_softly, self._without_it = False, Backoff()
+        # Whether this step has started softly, slow steps in a row, and whether the soft
+        # coefficients stay from the next step on
+        self._has_started, self._slow, self._stays = False, 0, False
+
+    @cached_property
+    def _soft_stick(self) -> SoftStick:
+        return SoftStick(self._solver.problem)
+
+    def begin_step(self) -> None:
+        """Begin a step at the accepted state."""
+        if self._stays and self._start is not None:
+            self._start.stay()
+        self._starts_softly = bool(self._start) and not self._without_it.rests()
+        self._has_started = self._stays = False
+
+    def learn(self, iterations: int) -> None:
+        """Find a soft start after slow steps in a row, at a state of the path; a step of
+        twice as many iterations counts for two."""
+        slow = (iterations - 1) // MANY
+        self._slow = self._slow + slow if slow else 0
+        if self._slow >= IN_A_ROW:
+            self._find_start()
+
+    def may_start_softly(self) -> bool:
+        """Find a soft start, once, at a state of the path; return whether there is one
+        that this step has not tried."""
+        return self._find_start() and not self._has_started
+
+    def _find_start(self) -> bool:
+        if self._start is None and self._may_start:
+            self._start = SoftStart(self._solver.problem)
+        return bool(self._start)
+
+    def start_softly(self) -> int:
+        """Solve from a soft start."""
+        self._starts_softly = True
+        return self.solve(opens=True)
+
+    def solve(self, opens: bool = False) -> int:
+        """Solve once, from a soft start if it is its turn; nodes without a traction
+        soften tangents too, if it `opens`. Return the iterations."""
+        start = self._start
+        if not (start and self._starts_softly):
+            return self._softened(opens)
+        self._has_started = True
+        try:
+            with self._patient(opens and start.may_stay):
+                acting = partial(self._soft_stick.acting, opens)
+                iterations = start.solve(self._solver, acting)
+            iterations += self._from_rough(start, opens)
+        except FAILURES:
+            self._starts_softly = False
+            self._without_it.failed()
+            raise
+        self._without_it.reset()
+        return iterations
+
+    def _from_rough(self, start: SoftStart, opens: bool) -> int:
+        """Solve from a rough solution; where that fails, with soft coefficients that
+        stay, and where it takes long, they stay from the next step on."""
+        contact = self._solver.problem.contact
+        rough = contact.state()
+        try:
+            iterations = self._softened(opens)
+            self._stays = iterations > MANY and start.may_stay
+            return iterations
+        except FAILURES as failure:
+            if isinstance(failure, SetUpError) or not start.may_stay:
+                raise
+        changed = start.stay()
+        contact.restore(rough)
+        try:
+            return self._softened(opens)
+        except FAILURES:
+            start.undo(changed)
+            raise
+
+    def _softened(self, opens: bool) -> int:
+        """Solve once with softened tangents."""
+        parts = self._solver.problem.contact.parts
+        # Fronts of bodies that bend take long, and no other way does any better
+        is_soft = opens and any(part.gamma_is_soft for part in parts)
+        with self._patient(is_soft), self._soft_stick.acting(opens):
+            return iterations_of(self._solver)
+
+    def _patient(self, is_patient: bool) -> AbstractContextManager[None]:
+        """Let solves go on until they are hopeless, if asked."""
+        patient = self._convergence.patient or is_patient
+        return temporarily(self._convergence, patient=patient)
 
 
 def propose_nodes(problem: Any) -> list[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -16,7 +15,7 @@ from ..diagnose.failure import FAILURES, attempt
 from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
-from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..errors import ConvergenceError, SetUpError, warn
 from ..interface.present import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
@@ -221,13 +220,12 @@ class Stabilization:
         iterations = self.hold_on(self._plain, farthest)
         if iterations is not None and self.holds and not self._said:
             self._said = True
-            warnings.warn(
+            warn(
                 f"{problem.convergence.groups.names()[body]} may "
                 f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
                 f"more than {self.share:.1e} of its forces drives it. Viscous forces hold "
                 "it from here on; prescribe it if the place matters",
-                ContactWarning,
-                stacklevel=3,
+                3,
             )
         return iterations
 

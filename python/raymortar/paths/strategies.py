@@ -17,18 +17,15 @@ from ..solvers.newton import SNESSolver
 from ..solvers.solver import MAX_IT, temporarily
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .prediction import Backoff, Lessons, Prediction
+from .prediction import Lessons, Prediction
 from .soft_start import (
-    IN_A_ROW,
-    MANY,
     MORE_ITERATIONS,
-    SoftStart,
+    PlainSolver,
     iterations_of,
     set_gammas,
     solve_by_small_gamma,
     with_line_search,
 )
-from .soft_stick import SoftStick
 from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
@@ -71,13 +68,7 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
-        # Start of the plain solver where bodies bend; None: not yet asked for. It is left
-        # out for a while after failures
-        self._soft_start: SoftStart | None = None
-        self._starts_softly, self._without_it = False, Backoff()
-        # Whether this step has started softly, slow steps in a row, and whether the soft
-        # coefficients stay from the next step on
-        self._tried_softly, self._slow, self._stays = False, 0, False
+        self._plain = PlainSolver(self.solver, automatic)
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -87,10 +78,7 @@ class Strategies:
         helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
-        if self._stays and self._soft_start is not None:
-            self._soft_start.stay()
-        self._starts_softly = bool(self._soft_start) and not self._without_it.rests()
-        self._tried_softly = self._stays = False
+        self._plain.begin_step()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         patient = not (self._automatic or self._asked_for)
@@ -124,11 +112,7 @@ class Strategies:
         with self._more_iterations():
             iterations = self._as_given(now, last, ratio)
         self._lessons.solved(FULL, plain_failed=False)
-        # A step of twice as many counts for two
-        slow = (iterations - 1) // MANY
-        self._slow = self._slow + slow if slow else 0
-        if self._slow >= IN_A_ROW:
-            self._find_soft_start()
+        self._plain.learn(iterations)
         return iterations
 
     def _held(self, now: State, last: State | None, ratio: float) -> int | None:
@@ -197,74 +181,16 @@ class Strategies:
         viscous = self._viscous
         if viscous is not None and viscous.has_caught:
             yield VISCOUS, viscous.hold
-        if self._find_soft_start() and not self._tried_softly:
+        if self._plain.may_start_softly():
             yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
         if viscous is not None and viscous.is_of_use():
             yield VISCOUS, viscous.solve
 
-    def _find_soft_start(self) -> bool:
-        """Find a soft start for the plain solver, once, at a state of the path; return
-        whether there is one. Collective."""
-        if self._soft_start is None and self._automatic:
-            self._soft_start = SoftStart(self.solver.problem)
-        return bool(self._soft_start)
-
     def _softly(self) -> int:
         """Solve from a soft start, for as long as the plain solver may."""
-        self._starts_softly = True
         with self._more_iterations():
-            return self._plain(opens=True)
-
-    def _plain(self, opens: bool = False) -> int:
-        """Solve by the solver as it was given, from a soft start if there is one."""
-        start = self._soft_start
-        if not (start and self._starts_softly):
-            return self._softened(opens)
-        self._tried_softly = True
-        try:
-            with self._patient(opens and start.may_stay):
-                acting = partial(self._soft_stick.acting, opens)
-                iterations = start.solve(self.solver, acting)
-            iterations += self._from_rough(start, opens)
-        except FAILURES:
-            self._starts_softly = False
-            self._without_it.failed()
-            raise
-        self._without_it.reset()
-        return iterations
-
-    def _from_rough(self, start: SoftStart, opens: bool) -> int:
-        """Solve from a rough solution; where that fails, with soft coefficients that
-        stay, and where it takes long, they stay from the next step on."""
-        rough = self._contact.state()
-        try:
-            iterations = self._softened(opens)
-            self._stays = iterations > MANY and start.may_stay
-            return iterations
-        except FAILURES as failure:
-            if isinstance(failure, SetUpError) or not start.may_stay:
-                raise
-        changed = start.stay()
-        self._contact.restore(rough)
-        try:
-            return self._softened(opens)
-        except FAILURES:
-            start.undo(changed)
-            raise
-
-    def _softened(self, opens: bool) -> int:
-        """Solve once with softened tangents."""
-        parts = self._contact.parts
-        # Fronts of bodies that bend take long, and no other way does any better
-        is_soft = opens and any(part.gamma_is_soft for part in parts)
-        with self._patient(is_soft), self._soft_stick.acting(opens):
-            return iterations_of(self.solver)
-
-    def _patient(self, is_patient: bool) -> AbstractContextManager[None]:
-        """Let solves go on until they are hopeless, if asked."""
-        convergence = self.solver.problem.convergence
-        return temporarily(convergence, patient=convergence.patient or is_patient)
+            return self._plain.start_softly()
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -341,7 +267,7 @@ class Strategies:
                     return iterations
         # A predicted start has the slip of the last step, and the nodes that have closed;
         # this one has to find them
-        return self._plain(opens=True)
+        return self._plain.solve(opens=True)
 
     def _more_iterations(self) -> AbstractContextManager[object]:
         """Let solves go on for longer while they are not in trouble, unless the user
@@ -358,7 +284,7 @@ class Strategies:
         iterations = None
         with temporarily(self.solver.problem.convergence, patient=False):
             try:
-                iterations = self._plain()
+                iterations = self._plain.solve()
                 self.used = EXTRAPOLATED if prediction.always else FULL
             except FAILURES:
                 self.restore(now)
@@ -392,10 +318,6 @@ class Strategies:
         self._give_back(0)
 
     # Other solvers with the settings of the given one, made when first needed
-
-    @cached_property
-    def _soft_stick(self) -> SoftStick:
-        return SoftStick(self.solver.problem)
 
     @cached_property
     def _searching(self) -> SNESSolver | None:

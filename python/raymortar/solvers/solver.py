@@ -233,6 +233,15 @@ def _settings(solver: type[CoupledSolver]) -> list[str]:
     return sorted(name for name in names if not name.startswith("_"))
 
 
+def forwarded(to: str, name: str, meaning: str) -> Any:
+    """Make an attribute of a class that is one of the object of another attribute."""
+    return property(
+        lambda owner: getattr(getattr(owner, to), name),
+        lambda owner, value: setattr(getattr(owner, to), name, value),
+        doc=meaning,
+    )
+
+
 @contextmanager
 def temporarily(thing: Any, **values: Any) -> Iterator[None]:
     """Give attributes of an object, such as settings of a solver, other values for a
