@@ -1,4 +1,4 @@
-"""What leads a path in place of the load factor: a displacement, or the path's length."""
+"""Controls of a path, which lead it in place of the load factor."""
 
 from __future__ import annotations
 

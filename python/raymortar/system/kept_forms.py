@@ -1,4 +1,4 @@
-"""What is kept of linear forms, and until when: their tangent, made once."""
+"""Linear forms, whose tangent is made once and kept until their inputs change."""
 
 from __future__ import annotations
 
