@@ -18,8 +18,8 @@ from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
 from .paths.checkpoint import Checkpoint
+from .paths.controls import ArcLength, DisplacementControl
 from .paths.history import History
-from .paths.load_path import ArcLength, DisplacementControl
 from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
 from .plotting.movie import Movie

@@ -45,70 +45,21 @@ from .tie import FieldTie
 class CoupledProblem:
     """Residual and tangent of F(u; v) + contact = 0, for any solver. Collective.
 
-    `NonlinearProblem` is such a problem with a solver of its own.
-
-    Parameters
-    ----------
-    F
-        UFL residual of everything but contact: a linear form in the test function of
-        the displacement's space, or of the mixed space that it is a part of. Of several
-        unknowns a list, by unknown.
-    contact
-        Contact terms; of several interactions a list, each with its own method, law and
-        search, all of the same displacement. Fluxes (`Flux`) and ties of fields
-        (`FieldTie`) may be among them.
-    bcs
-        Dirichlet conditions on the unknowns, or on parts of them.
-    J
-        UFL Jacobian of F; by default its derivative. Of several unknowns a list of
-        lists, by test and trial space, None for zero.
-    u
-        Unknowns, if F is a list: Functions, of which the contact's displacement is one,
-        or a part of one.
-    form_compiler_options, jit_options
-        Options for the forms of F and J, as for ``dolfinx.fem.form``.
-    update
-        Function without argument that sets coefficients of F and J, such as stresses
-        and tangents at quadrature points, from the present unknowns. Every rank calls
-        it once for each iterate, before residual and tangent are assembled, and when
-        the problem is made. Give J, as UFL does not see how coefficients change. An
-        error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
-        smaller step. No part of F then counts as linear.
+    Arguments are those of `NonlinearProblem`, which is such a problem with a solver of its
+    own, and so are `contact`, `history`, `forms`, `volume`, `convergence` and
+    `steps_accepted`.
 
     Attributes
     ----------
-    contact
-        The contact, or `interactions.Interactions` of several.
-    history
-        Norms of the forces of the residuals since `start`, without constrained rows.
-    forms
-        UFL residual and Jacobian of the volume, as lists where there are several.
-    volume
-        Assembles the compiled forms `L` and `a`. ``volume.is_linear``: whether the
-        tangent is kept.
     fluxes
         Terms of fluxes and ties of fields, or None.
-    convergence
-        Judges the last residual; see `convergence.Convergence`.
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
-    steps_accepted
-        Load steps so far, of all `LoadSteps` of the problem.
     restored
         Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
-
-    Notes
-    -----
-    One contact may belong to several problems, of which the first sets the automatic
-    gamma, and one problem to several solvers. All problems of a contact have the same
-    contacts.
-
-    Constrained rows are rows of the identity. A Dirichlet increment is lifted for volume
-    and contact alike, so that the first iterate of a large prescribed step accounts for
-    contact.
     """
 
     def __init__(

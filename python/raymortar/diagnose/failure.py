@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +16,7 @@ from ..compat import Array
 from ..contact import Contact
 from ..convergence.convergence import cycle_length
 from ..discretization.ranks import sums_at
-from ..errors import ContactError, ConvergenceError, format_point
+from ..errors import ContactError, ConvergenceError, SetUpError, format_point
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import CLOSED
 from ..interface.probing import VolumePattern
@@ -52,6 +52,16 @@ NOT_A_NUMBER = -4
 FAR_OFF = 100.0
 # Ratio of moduli from which the softer side is the better slave (docs/surfaces)
 STIFFER = 10.0
+
+
+def attempt(solve: Callable[[], int | None]) -> int | None:
+    """Solve; return the iterations, None where that fails and another way may do."""
+    try:
+        return solve()
+    except FAILURES as failure:
+        if isinstance(failure, SetUpError):
+            raise
+        return None
 
 
 @dataclass(frozen=True)
@@ -233,17 +243,13 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     """Sentences on coefficients far off the automatic ones, with the stiffness of the
     accepted displacement: that of an iterate may be any. Collective."""
     contact, found = problem.contact, []
-    reached = contact.unknowns.values()
-    accepted = reached.copy()
-    accepted[contact.unknowns.u_local] = contact.u_old
-    contact.unknowns.set_values(accepted)
-    try:
+    with contact.unknowns.lent() as accepted:
+        accepted[contact.unknowns.u_local] = contact.u_old
+        contact.unknowns.set_values(accepted)
         for one in contact.contacts:
             now = automatic_gamma(problem, one)
             if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
                 found.append(compared(one, now))
-    finally:
-        contact.unknowns.set_values(reached)
     return found
 
 

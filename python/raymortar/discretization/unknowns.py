@@ -7,7 +7,8 @@ unknowns.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -269,6 +270,16 @@ class Unknowns:
         for f, begin, end in zip(self.functions, starts, starts[1:]):
             f.x.array[:] = values[begin:end]
         self.pull()
+
+    @contextmanager
+    def lent(self) -> Iterator[Array]:
+        """Give a copy of all local unknowns, which may change within and are then as
+        before."""
+        before = self.values()
+        try:
+            yield before.copy()
+        finally:
+            self.set_values(before)
 
     def owned_values(self) -> Array:
         """Copy of all owned unknowns."""

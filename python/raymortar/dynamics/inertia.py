@@ -26,7 +26,7 @@ from ..errors import (
 )
 from ..interface.probing import product
 from ..system.entries import without_zeros
-from ..system.volume import Inputs, inputs_of
+from ..system.kept_forms import Inputs, inputs_of
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")

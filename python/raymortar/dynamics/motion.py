@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ from ..compat import Array, Indices, Mask
 from ..discretization.ranks import destroy
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
+from ..solvers.solver import temporarily
 from .inertia import Inertia, owned_values
 from .schemes import Midpoint, Scheme, StepEquation, end_of_step
 
@@ -101,16 +102,10 @@ class Motion:
     @contextmanager
     def at(self, values: Array) -> Iterator[None]:
         """Give the unknowns other owned values, (n,), for a while. Collective."""
-        functions = self._unknowns.functions
-        kept = [f.x.array.copy() for f in functions]
-        self.set(functions, values)
-        self._unknowns.pull()
-        try:
-            yield
-        finally:
-            for f, before in zip(functions, kept):
-                f.x.array[:] = before
+        with self._unknowns.lent():
+            self.set(self._unknowns.functions, values)
             self._unknowns.pull()
+            yield
 
     # Start
 
@@ -304,14 +299,9 @@ class MovingVolume:
         self.revision = 0
         problem.make_room_for(motion.inertia.matrix)
 
-    @contextmanager
-    def acting(self) -> Iterator[None]:
+    def acting(self) -> AbstractContextManager[None]:
         """Put inertia into the problem."""
-        self._problem.volume = self
-        try:
-            yield
-        finally:
-            self._problem.volume = self.given
+        return temporarily(self._problem, volume=self)
 
     @property
     def kept(self) -> Any:

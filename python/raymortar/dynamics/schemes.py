@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from ..compat import Array
 from ..errors import ContactError, Options, is_real_number, is_whole_number, positive
@@ -247,44 +246,18 @@ class AdaptiveSizes(StepSizes):
 class TimePath(PrescribedPath):
     """Lead steps by the time, with which `apply` is called.
 
-    Parameters
+    Attributes
     ----------
-    middle
-        Whether a step is solved for its middle, whose loads are then set.
-    started, solved, passed
-        Functions that are called with a step's size when its loads have been set, when
-        it is solved, and when it is recorded.
+    solved_at
+        Share of a step at which it is solved, with the loads there.
     """
 
-    def __init__(
-        self,
-        solver: Any,
-        apply: Callable[[float, float], Any],
-        ends: tuple[float, float],
-        sizes: StepSizes,
-        middle: bool,
-        started: Callable[[float], None],
-        solved: Callable[[], None],
-        passed: Callable[[], None],
-    ) -> None:
-        super().__init__(solver, apply, ends, sizes)
-        self._middle = 0.5 if middle else 1.0
-        self._started, self._solved, self._passed = started, solved, passed
+    solved_at = 1.0
 
     def begin(self) -> None:
-        """Set the loads of the next step, and begin it."""
+        """Set the loads of the next step."""
         dt = self.next - self.factor
-        self._apply(self.factor + self._middle * dt, dt)
-        self._started(dt)
-
-    def reached(self) -> None:
-        """Take over the end of a solved step, before its results are recorded."""
-        self._solved()
-        super().reached()
-
-    def accepted(self) -> None:
-        """Go over to the end of a recorded step."""
-        self._passed()
+        self._apply(self.factor + self.solved_at * dt, dt)
 
     def describe(self) -> str:
         """Name the failed step for a message."""

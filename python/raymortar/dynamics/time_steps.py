@@ -25,8 +25,8 @@ from ..errors import (
 )
 from ..interface.present import State
 from ..paths.history import History
-from ..paths.load_path import PrescribedPath, StepSizes
-from ..paths.load_steps import LoadSteps, check_solver
+from ..paths.load_path import PrescribedPath, StepSizes, check_solver
+from ..paths.load_steps import LoadSteps
 from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
 from .account import Account, Energy
@@ -261,10 +261,9 @@ class TimeSteps(LoadSteps):
             sizes = StepSizes(count, self.max_halvings, 1, EASY)
         else:
             sizes = AdaptiveSizes(count, self.max_halvings, self.adapt)
-        return TimePath(
-            self.solver, self._set_loads, self.path, sizes,
-            isinstance(self.scheme, Midpoint), self._started, self._solved, self._passed,
-        )  # fmt: skip
+        path = TimePath(self.solver, self._set_loads, self.path, sizes)
+        path.solved_at = 0.5 if isinstance(self.scheme, Midpoint) else 1.0
+        return path
 
     def _set_loads(self, time: float, dt: float) -> None:
         """Take the inertia of the step before off the bodies, whether or not it was
@@ -296,19 +295,19 @@ class TimeSteps(LoadSteps):
                 return
             yield step
 
-    def _started(self, dt: float) -> None:
-        """Begin a step, whose loads have been set."""
+    def _begin_step(self) -> None:
+        super()._begin_step()
+        dt = self._path.next - self._path.factor
         self.motion.begin(dt)
         self.bodies.begin(dt)
 
-    def _solved(self) -> None:
-        """Take the end of a solved step, before it is recorded."""
+    def _reached(self) -> None:
         self.bodies.solved()
         if self._accounts:
             self._account.record(self._end)
+        super()._reached()
 
     def _passed(self) -> None:
-        """Go over to the end of a recorded step."""
         path, unknowns = self._path, self._problem.contact.unknowns
         if isinstance(self.scheme, Midpoint):
             self._set_loads(path.factor, self.motion.dt)

@@ -2,11 +2,11 @@
 
 - load_steps: `LoadSteps`, the one loop over steps
 - load_path, led_paths: paths that the load factor, a displacement or an arc leads,
-  behind one interface, and what a user chooses to lead a path
+  behind one interface; controls: what a user chooses to lead a path
 - strategies: ways that are tried before a step is halved
 - prediction: starts of steps, and the way that goes first
 - soft_stick: first tangents in which fronts of slip and of opening run
-- soft_start: rough solves that others start from where bodies bend
+- soft_start: the plain solver, smaller coefficients and shorter steps
 - stabilization: viscous forces that fade
 - energy_balance: balance that tells a path of equilibria from a jump
 - history, patch_columns, output: records of a path

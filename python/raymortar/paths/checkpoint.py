@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from dolfinx.fem import Function, FunctionSpace
 from .. import compat
 from ..compat import Array
 from ..discretization.facets import FACETS_PER_CELL
-from ..discretization.joined import places_of
+from ..discretization.joined import parts_of, places_of
 from ..errors import (
     ContactError,
     is_real_number,
@@ -30,7 +30,7 @@ from ..solvers.solver import require_problem
 from .history import History
 from .output import by_mesh
 from .patch_columns import rigid_bodies
-from .tables import Rows, Table, read_head, read_tables, write_tables
+from .tables import Rows, Table, as_list, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
 SAME_PLACE = 1e-10
@@ -87,12 +87,10 @@ class Checkpoint:
         history: History | None = None,
     ) -> None:
         require_problem(problem)
-        self.problem, self.history = problem, history
-        self._comm = problem.comm
-        self._u = problem.contact.u
+        self.problem, self.history, self._comm = problem, history, problem.comm
         self._bodies = rigid_bodies(problem.contact.zones)
-        displacements = problem.contact.unknowns.displacements
-        self._meshes = [one.u.function_space.mesh for one in displacements]
+        displacements = parts_of(problem.contact.u)
+        self._meshes = [u.function_space.mesh for u in displacements]
         with together(self._comm):
             self.path = new_file(self._comm, file)
             if history is not None and not isinstance(history, History):
@@ -116,8 +114,7 @@ class Checkpoint:
 
     def exists(self) -> bool:
         """Whether there is a file. Collective."""
-        found = self.path.is_file() if self._comm.rank == 0 else None
-        return bool(self._comm.bcast(found, root=0))
+        return bool(self._comm.bcast(self.path.is_file(), root=0))
 
     def _fields(self, state: Any) -> Iterator[_Field]:
         """Yield what the file has by cell: the unknowns, a state, Functions."""
@@ -159,19 +156,15 @@ class Checkpoint:
             if not (is_real_number(time) and np.isfinite(time)):
                 raise ContactError(f"time must be a load factor, not {time!r}")
         state = self.problem.contact.state()
-        tables = [self._nodes(k) for k in range(len(self._meshes))]
-        for field in self._fields(state):
-            numbers = compat.cells_as_given(field.V.mesh)
-            tables.append(self._by_cell(field.name, numbers, field.V, field.array))
-        tables += self._springs(state)
+        tables = [*self._by_cell(self._fields(state)), *self._springs(state)]
         head = {
             "time": float(time),
             "steps": self.problem.steps_accepted,
             "bodies": [
                 {
                     "name": b.name,
-                    "moved": _list(b.cpp.moved),
-                    "turned": _list(b.cpp.turned),
+                    "moved": as_list(b.cpp.moved),
+                    "turned": as_list(b.cpp.turned),
                 }
                 for b in self._bodies
             ],
@@ -181,12 +174,12 @@ class Checkpoint:
                     "scale": one.gamma_scale,
                     "soft": one.assembly.gamma_is_soft,
                     # By pair; none of a number and of other coefficients
-                    "tables": [_list(t) for t in getattr(one.gamma, "tables", ())]
+                    "tables": [as_list(t) for t in getattr(one.gamma, "tables", ())]
                     if one.assembly.gamma_is_soft
                     else None,
                     "law": _law(one),
-                    "motions": [_list(motion) for motion in part.old_motions],
-                    "freedoms": [_list(values) for values in part.freedoms],
+                    "motions": [as_list(motion) for motion in part.old_motions],
+                    "freedoms": [as_list(values) for values in part.freedoms],
                 }
                 for one, part in zip(self.problem.contact.contacts, state.parts)
             ],
@@ -196,19 +189,19 @@ class Checkpoint:
             head["history"] = {"columns": list(self.history.columns), "rows": rows}
         write_tables(self._comm, self.path, head, tables)
 
-    def _by_cell(
-        self, name: str, numbers: Rows, V: FunctionSpace, array: Array
-    ) -> Table:
-        values = compat.values_by_cell(V, array)
-        return Table(name, self._comm.allreduce(len(numbers)), numbers, values)
-
-    def _nodes(self, k: int) -> Table:
-        """Nodes of the cells of a mesh, by which another mesh is known."""
-        mesh = self._meshes[k]
-        numbers = compat.cells_as_given(mesh)
-        nodes = compat.geometry_dofmap(mesh)[: len(numbers)]
-        x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
-        return Table(f"mesh {k}", self._comm.allreduce(len(numbers)), numbers, x)
+    def _by_cell(self, fields: Iterable[_Field]) -> Iterator[Table]:
+        """Yield nodes of the cells of each mesh, by which another mesh is known, and
+        fields by cell. Collective."""
+        found = []
+        for k, mesh in enumerate(self._meshes):
+            nodes = compat.geometry_dofmap(mesh)[: compat.owned_cells(mesh)]
+            x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
+            found.append((f"mesh {k}", mesh, x))
+        for f in fields:
+            found.append((f.name, f.V.mesh, compat.values_by_cell(f.V, f.array)))
+        for name, mesh, values in found:
+            numbers = compat.cells_as_given(mesh)
+            yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
 
     def _springs(self, state: Any) -> Iterator[Table]:
         """Yield what friction springs hold, by slave facet: cell, number of the facet
@@ -232,9 +225,8 @@ class Checkpoint:
         """Number of each slave facet that no partition changes, its dofs among those of
         its cell (facets, n), and how many the cell has."""
         facets, surface = zone.facets.slave, zone.facets.slave_surface
-        part = zone.facets.slave_part
-        displacement = self.problem.contact.unknowns.displacements[part]
-        V, places = displacement.u.function_space, places_of(self._u, part)
+        part, u = zone.facets.slave_part, self.problem.contact.u
+        V, places = parts_of(u)[part].function_space, places_of(u, part)
         dofs = compat.dofmap_array(V)[facets.cells]
         dofs = dofs if places is None else places[dofs]
         own = surface.dofs[surface.facet_dofs]
@@ -256,35 +248,26 @@ class Checkpoint:
         contact, state = self.problem.contact, self.problem.contact.state()
         head = read_head(self._comm, self.path)
         fields = list(self._fields(state))
-        own = [self._nodes(k) for k in range(len(self._meshes))]
-        tables = own + [
-            self._by_cell(f.name, compat.cells_as_given(f.V.mesh), f.V, f.array)
-            for f in fields
-        ]
+        tables = list(self._by_cell(fields))
         springs = head["tables"][len(tables) :]
         raise_everywhere(self._comm, self._fault_of(head, tables))
         numbers = [table.number for table in tables]
         numbers += [np.arange(table["rows"]) for table in springs]
         found = read_tables(self._comm, self.path, head, numbers)
-        raise_everywhere(self._comm, self._other_mesh(own, found))
-        held = {
-            one["name"]: values for one, values in zip(springs, found[len(tables) :])
-        }
+        raise_everywhere(self._comm, self._other_mesh(tables, found))
+        held = dict(zip((one["name"] for one in springs), found[len(tables) :]))
         tractions, fault = self._tractions(held)
         raise_everywhere(self._comm, fault)
 
-        arrays = {}
-        for field, values in zip(fields, found[len(own) :]):
+        # Arrays of the user's Functions, and of the copy of the state
+        for field, values in zip(fields, found[len(self._meshes) :]):
             f = Function(field.V)
             compat.set_by_cell(f, values)
-            arrays[field.name] = f.x.array
+            field.array[:] = f.x.array
+        arrays = {field.name: field.array for field in fields}
         for body, known in zip(self._bodies, head["bodies"]):
             body.cpp.moved, body.cpp.turned = known["moved"], known["turned"]
         self._set_gamma(head["contacts"])
-        for k, f in enumerate(contact.unknowns.functions):
-            f.x.array[:] = arrays[f"unknown[{k}] {f.name}"]
-        for k, f in enumerate(self._more):
-            f.x.array[:] = arrays[f"more[{k}] {f.name}"]
         contact.restore(self._state(state, arrays, tractions, head["contacts"]))
         if contact.updates == 0:
             contact.update()
@@ -305,16 +288,15 @@ class Checkpoint:
         u_old = np.empty_like(state.parts[0].u_old)
         for k, one in enumerate(unknowns.displacements):
             u_old[unknowns.u_places(k)] = arrays[f"accepted[{k}] {one.given.name}"]
-        parts, begin = [], 0
+        parts, springs = [], iter(tractions)
         for k, (part, of_part) in enumerate(zip(state.parts, known)):
-            end = begin + len(part.traction_old)
             motions = [np.array(m).reshape(-1, 15) for m in of_part["motions"]]
             new = replace(
                 part,
                 u=unknowns.u.x.array.copy(),
                 u_old=u_old,
                 multiplier=arrays.get(f"multiplier {k}"),
-                traction_old=tractions[begin:end],
+                traction_old=[next(springs) for _ in part.traction_old],
                 unknowns=None if part.unknowns is None else unknowns.values(),
                 old_motions=motions,
                 freedoms=[np.array(values) for values in of_part["freedoms"]],
@@ -322,7 +304,6 @@ class Checkpoint:
                 augmentation=arrays.get(f"augmentation {k}"),
             )
             parts.append(new)
-            begin = end
         return parts[0] if len(parts) == 1 else JointState(tuple(parts))
 
     def _set_gamma(self, known: Any) -> None:
@@ -395,9 +376,11 @@ class Checkpoint:
                 return self._says(f"its history has the columns {columns}")
         return None
 
-    def _other_mesh(self, own: Sequence[Table], found: Sequence[Array]) -> str | None:
+    def _other_mesh(
+        self, tables: Sequence[Table], found: Sequence[Array]
+    ) -> str | None:
         """Name the first cell of a mesh that is elsewhere in the file, if any is."""
-        for table, x in zip(own, found):
+        for table, x in zip(tables[: len(self._meshes)], found):
             size = np.abs(table.values).max(initial=0.0)
             off = np.abs(table.values - x).max(axis=1, initial=0.0) > SAME_PLACE * size
             if off.any():
@@ -414,8 +397,3 @@ def _law(contact: Any) -> str | None:
     dual = "multiplier='dual' and " * method.is_dual
     sides = " and exchanged sides" * bool(contact.surfaces.exchanged)
     return f"{dual}condition={method.condition!r}{sides}"
-
-
-def _list(values: Any) -> list[Any]:
-    """Numbers as JSON has them, to the last digit."""
-    return np.asarray(values).tolist()

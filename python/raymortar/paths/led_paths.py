@@ -19,7 +19,9 @@ from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
 from ..discretization.ranks import largest
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from .load_path import ArcLength, DisplacementControl, PrescribedPath, mean_weights
+from ..solvers.solver import forwarded
+from .controls import ArcLength, DisplacementControl, mean_weights
+from .load_path import PrescribedPath
 
 # Change of the load factor, as a share of the path, for difference quotients. Only loads
 # and prescribed displacements are differentiated, linear in the residual
@@ -42,8 +44,12 @@ class LedPath(PrescribedPath, ABC):
     Newton's method goes from u to u - X and from t to t + dt. The equation is
     g X = c + e dt. Each iteration solves three times with one factorised tangent: for
     the residual, for its derivative by the load factor, and for a spring that keeps the
-    tangent regular. `trial` is the load factor of the present iterate.
+    tangent regular. `trial` is the load factor of the present iterate. It is a solver of
+    steps, with the settings of the given one.
     """
+
+    tolerances = forwarded("_given", "tolerances", "rtol and atol.")
+    max_it = forwarded("_given", "max_it", "Most iterations.")
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -71,25 +77,6 @@ class LedPath(PrescribedPath, ABC):
     @property
     def solver(self) -> Any:
         return self
-
-    @property
-    def tolerances(self) -> tuple[float, float]:
-        """rtol and atol of the given solver, which a soft start relaxes."""
-        found: tuple[float, float] = self._given.tolerances
-        return found
-
-    @tolerances.setter
-    def tolerances(self, values: tuple[float, float]) -> None:
-        self._given.tolerances = values
-
-    @property
-    def max_it(self) -> int:
-        """Most iterations of the given solver, which steps without trouble raise."""
-        return int(self._given.max_it)
-
-    @max_it.setter
-    def max_it(self, most: int) -> None:
-        self._given.max_it = most
 
     @property
     def led(self) -> Mask:

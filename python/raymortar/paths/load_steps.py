@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
-
-import numpy as np
 
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import lost_contact
@@ -16,47 +13,30 @@ from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
 from ..errors import (
     BodyLeft,
-    ContactError,
     ContactLost,
-    ContactWarning,
     ConvergenceError,
     SetUpError,
-    described,
-    is_one_of,
-    is_real_number,
-    is_truth_value,
-    is_whole_number,
     require_agreement,
     together,
+    warn,
 )
 from ..interface.present import State
-from ..problem import CoupledProblem
-from ..solvers.newton import NewtonSolver, SNESSolver
+from .controls import ArcLength, DisplacementControl
 from .history import History
 from .led_paths import ArcPath, DisplacementPath
 from .load_path import (
-    ArcLength,
     ArcSizes,
-    DisplacementControl,
     PrescribedPath,
     StepSizes,
+    check_arguments,
+    check_solver,
     with_size,
 )
-from .output import (
-    HALVED,
-    Effort,
-    LoadStep,
-    Output,
-    Progress,
-    check_output,
-    is_file,
-    line,
-)
+from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
 from .stabilization import Stabilization
 from .strategies import Strategies
 
-STRATEGIES = ("auto", "halve")
 # Arguments that all ranks must be given alike
 _AGREED = "steps max_halvings extrapolate largest easy path strategy stabilize".split()
 
@@ -180,7 +160,7 @@ class LoadSteps:
         self.strategy, self.stabilize, self.control = strategy, stabilize, control
         self.on_accept, self.on_reject = on_accept, on_reject
         with together(solver.problem.comm):
-            _check_arguments(self)
+            check_arguments(self)
             self._apply = with_size(apply)
         # Python's own numbers
         self.steps, self.max_halvings = int(steps), int(max_halvings)
@@ -264,7 +244,7 @@ class LoadSteps:
                 timed = one.friction is not None or one.layout.bodies
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
-            path.begin()
+            self._begin_step()
             try:
                 iterations = self._solve(ways, before, last)
                 doubts.require_gradual()
@@ -279,7 +259,7 @@ class LoadSteps:
                 self.halvings += 1
                 progress.trying(HALVED)
                 continue
-            path.reached()
+            self._reached()
             problem.evaluate()
             masters.look()
             doubts.warn(stacklevel=3)
@@ -291,13 +271,13 @@ class LoadSteps:
                     "without inertia its end is one of several. See LoadStep.released; "
                     "control= follows the path of equilibria"
                 )
-                warnings.warn(text, ContactWarning, stacklevel=3)
+                warn(text, 3)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
                 self.output.write(path.time)
             contact.advance()
-            path.accepted()
+            self._passed()
             self._tell(self.on_accept)
             ways.accepted(before)
             path.sizes.accept(iterations)
@@ -319,7 +299,20 @@ class LoadSteps:
             for watcher in one.assembly.present.watchers:
                 text = watcher.path_ended()
                 if text is not None:
-                    warnings.warn(text, ContactWarning, stacklevel=3)
+                    warn(text, 3)
+
+    # Parts of a step
+
+    def _begin_step(self) -> None:
+        """Set the loads of a step before it is solved."""
+        self._path.begin()
+
+    def _reached(self) -> None:
+        """Take over the end of a solved step, before its results are recorded."""
+        self._path.reached()
+
+    def _passed(self) -> None:
+        """Go on from a step that has been recorded and accepted."""
 
     def _warn_of_velocities(self) -> None:
         """Warn of velocities of free bodies, which have no inertia here."""
@@ -330,7 +323,7 @@ class LoadSteps:
                     f"{body.velocity} of the rigid {body.name}: dynamics.TimeSteps takes "
                     "it, and Body.move prescribes a motion"
                 )
-                warnings.warn(text, ContactWarning, stacklevel=4)
+                warn(text, 4)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""
@@ -382,72 +375,3 @@ class LoadSteps:
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"
         )
-
-
-def check_solver(solver: Any) -> None:
-    """Raise unless `solver` is a solver of a problem."""
-    problem = getattr(solver, "problem", None)
-    if not (isinstance(problem, CoupledProblem) and hasattr(solver, "solve")):
-        raise ContactError(
-            f"solver must be a NewtonSolver or an SNESSolver, not {described(solver)}"
-        )
-
-
-def _check_arguments(given: Any) -> None:
-    """Raise unless all arguments, as attributes of `LoadSteps`, can be used."""
-    fault = next((text for is_fine, text in _rules(given) if not is_fine), None)
-    if fault:
-        raise ContactError(fault)
-
-
-def _rules(given: Any) -> Iterator[tuple[bool, str]]:
-    """Yield whether an argument can be used, and what to say if not."""
-    progress, steps, halvings = given.progress, given.steps, given.max_halvings
-    shown = progress is None or isinstance(progress, bool) or is_file(progress)
-    yield shown, f"progress must be True, False, None or a file, not {progress!r}"
-    numbers = f"steps = {steps!r} and max_halvings = {halvings!r}"
-    yield all(
-        map(is_whole_number, (steps, halvings))
-    ), f"{numbers} must be whole numbers"
-    text = f"steps = {steps} must be positive, max_halvings = {halvings} not negative"
-    yield steps >= 1 and halvings >= 0, text
-    largest, easy, path = given.largest, given.easy, given.path
-    text = f"largest = {largest!r} must be at least 1"
-    yield is_real_number(largest) and largest >= 1, text
-    text = f"easy = {easy!r} must be a number of iterations"
-    yield is_real_number(easy) and easy >= 0, text
-    ends = list(path) if isinstance(path, (tuple, list, np.ndarray)) else []
-    finite = len(ends) == 2 and all(is_real_number(t) and np.isfinite(t) for t in ends)
-    yield finite, f"path must be two numbers, its ends, not {path!r}"
-    text = f"path = {path!r} must have two ends, load factors that differ"
-    yield ends[0] != ends[1], text
-    extrapolate, strategy, scale = given.extrapolate, given.strategy, given.stabilize
-    text = f"extrapolate must be True or False (or None), not {extrapolate!r}"
-    yield extrapolate is None or is_truth_value(extrapolate), text
-    text = f"strategy must be one of {STRATEGIES}, not {strategy!r}"
-    yield strategy is None or is_one_of(strategy, STRATEGIES), text
-    scales = is_real_number(scale) and 0.0 <= scale < np.inf
-    text = f"stabilize must be True, False, None or a factor, not {scale!r}"
-    yield scale is None or is_truth_value(scale) or scales, text
-    text = f"apply must be a function of the load factor, not {given.apply!r}"
-    yield callable(given.apply), text
-    for name in ("on_accept", "on_reject"):
-        hook = getattr(given, name)
-        text = f"{name} must be a function without argument, not {hook!r}"
-        yield hook is None or callable(hook), text
-    history, control, solver = given.history, given.control, given.solver
-    text = f"history must be a History, not {history!r}"
-    yield history is None or isinstance(history, History), text
-    own = history is None or history.problem is solver.problem
-    yield own, "history is of another problem than the solver"
-    if control is None:
-        return
-    kinds = "a DisplacementControl, an ArcLength or None"
-    known = isinstance(control, (DisplacementControl, ArcLength))
-    yield known, f"control must be {kinds}, not {control!r}"
-    control.check()
-    led = isinstance(solver, (NewtonSolver, SNESSolver))
-    yield led, "control needs a NewtonSolver or an SNESSolver"
-    text = "control leads paths of one displacement: the problem has other unknowns"
-    yield solver.problem.contact.unknowns.is_plain, text
-    yield not scale, "control and stabilize exclude each other"

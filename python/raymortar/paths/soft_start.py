@@ -1,14 +1,21 @@
-"""Soft coefficients of laws at points where bodies bend, for a start or for good."""
+"""Solves with softened tangents, smaller coefficients, shorter steps."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cached_property, partial
 from typing import Any
 
+from dolfinx.fem import Function
+
 from ..diagnose.failure import FAILURES
-from ..errors import ContactWarning
+from ..errors import ContactWarning, SetUpError
+from ..solvers.newton import NewtonSolver, SNESSolver
+from ..solvers.solver import temporarily
+from .prediction import Backoff
+from .soft_stick import SoftStick
 
 # Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
 # (docs/measured/slip_fronts.md)
@@ -20,6 +27,19 @@ MANY, IN_A_ROW = 8, 2
 
 # Relative tolerance of a first solve, whose solution is a start
 ROUGH = 1e-3
+
+# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
+# fewer points open and close during a solve (docs/measured/robustness_paths.md)
+SMALL = 0.1
+
+# Largest number of times that a path goes on with a tenth of gamma
+MOST_KEPT = 2
+
+# Factor for the number of iterations where shorter steps need more, as those of a line
+# search, or where halving the load step would not save them
+MORE_ITERATIONS = 2
+
+_LINE_SEARCH = "snes_linesearch_type"
 
 
 class SoftStart:
@@ -69,14 +89,111 @@ class SoftStart:
     ) -> int:
         """Solve roughly from the present state, within what `softening` makes; return
         the iterations. Collective."""
-        given = [one.gamma for one, _ in self._softer]
-        try:
+        with _given_back([one for one, _ in self._softer]):
             _soften(self._softer)
             with softening():
                 return solve_roughly(solver)
-        finally:
-            for (one, _), gamma in zip(self._softer, given):
-                one.set_gamma(gamma)
+
+
+class PlainSolver:
+    """Solves steps by the solver as it was given, with softened tangents, and from a soft
+    start where bodies bend. Collective."""
+
+    def __init__(self, solver: Any, may_start_softly: bool) -> None:
+        self._solver, self._may_start = solver, may_start_softly
+        self._convergence = solver.problem.convergence
+        # None: not yet asked for. It is left out for a while after failures
+        self._start: SoftStart | None = None
+        self._starts_softly, self._without_it = False, Backoff()
+        # Whether this step has started softly, slow steps in a row, and whether the soft
+        # coefficients stay from the next step on
+        self._has_started, self._slow, self._stays = False, 0, False
+
+    @cached_property
+    def _soft_stick(self) -> SoftStick:
+        return SoftStick(self._solver.problem)
+
+    def begin_step(self) -> None:
+        """Begin a step at the accepted state."""
+        if self._stays and self._start is not None:
+            self._start.stay()
+        self._starts_softly = bool(self._start) and not self._without_it.rests()
+        self._has_started = self._stays = False
+
+    def learn(self, iterations: int) -> None:
+        """Find a soft start after slow steps in a row, at a state of the path; a step of
+        twice as many iterations counts for two."""
+        slow = (iterations - 1) // MANY
+        self._slow = self._slow + slow if slow else 0
+        if self._slow >= IN_A_ROW:
+            self._find_start()
+
+    def may_start_softly(self) -> bool:
+        """Find a soft start, once, at a state of the path; return whether there is one
+        that this step has not tried."""
+        return self._find_start() and not self._has_started
+
+    def _find_start(self) -> bool:
+        if self._start is None and self._may_start:
+            self._start = SoftStart(self._solver.problem)
+        return bool(self._start)
+
+    def start_softly(self) -> int:
+        """Solve from a soft start."""
+        self._starts_softly = True
+        return self.solve(opens=True)
+
+    def solve(self, opens: bool = False) -> int:
+        """Solve once, from a soft start if it is its turn; nodes without a traction
+        soften tangents too, if it `opens`. Return the iterations."""
+        start = self._start
+        if not (start and self._starts_softly):
+            return self._softened(opens)
+        self._has_started = True
+        try:
+            with self._patient(opens and start.may_stay):
+                acting = partial(self._soft_stick.acting, opens)
+                iterations = start.solve(self._solver, acting)
+            iterations += self._from_rough(start, opens)
+        except FAILURES:
+            self._starts_softly = False
+            self._without_it.failed()
+            raise
+        self._without_it.reset()
+        return iterations
+
+    def _from_rough(self, start: SoftStart, opens: bool) -> int:
+        """Solve from a rough solution; where that fails, with soft coefficients that
+        stay, and where it takes long, they stay from the next step on."""
+        contact = self._solver.problem.contact
+        rough = contact.state()
+        try:
+            iterations = self._softened(opens)
+            self._stays = iterations > MANY and start.may_stay
+            return iterations
+        except FAILURES as failure:
+            if isinstance(failure, SetUpError) or not start.may_stay:
+                raise
+        changed = start.stay()
+        contact.restore(rough)
+        try:
+            return self._softened(opens)
+        except FAILURES:
+            start.undo(changed)
+            raise
+
+    def _softened(self, opens: bool) -> int:
+        """Solve once with softened tangents."""
+        parts = self._solver.problem.contact.parts
+        # Fronts of bodies that bend take long, and no other way does any better
+        is_soft = opens and any(part.gamma_is_soft for part in parts)
+        with self._patient(is_soft), self._soft_stick.acting(opens):
+            return iterations_of(self._solver)
+
+    def _patient(self, is_patient: bool) -> AbstractContextManager[None]:
+        """Let solves go on until they are hopeless, if asked."""
+        patient = self._convergence.patient or is_patient
+        return temporarily(self._convergence, patient=patient)
 
 
 def propose_nodes(problem: Any) -> list[str]:
@@ -124,18 +241,104 @@ def _soften(contacts: list[tuple[Any, Any]]) -> None:
 
 def solve_roughly(solver: Any) -> int:
     """Solve for a state to start from; return the iterations. Collective."""
-    tolerances = solver.tolerances
-    solver.tolerances = max(ROUGH, tolerances[0]), tolerances[1]
-    try:
-        # The state is not kept, and warnings of it are of no interest
+    rtol, atol = solver.tolerances
+    # The state is not kept, and warnings of it are of no interest
+    with temporarily(solver, tolerances=(max(ROUGH, rtol), atol)):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
-            return int(solver.solve()[0])
+            return iterations_of(solver)
+
+
+def iterations_of(solver: Any) -> int:
+    """Solve once and return the iterations."""
+    return int(solver.solve()[0])
+
+
+def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> int:
+    """Solve with a tenth of gamma, then with gamma from there. Collective.
+
+    Where that fails, the tenth stays for contacts with a multiplier, if there is a list
+    for what was given: both solutions meet the contact conditions in the mean.
+    """
+    contact = solver.problem.contact
+    with _given_back(contact.contacts) as given:
+        _reduce(contact.contacts)
+        iterations = solve_roughly(solver)
+    reached = contact.state()
+    try:
+        return iterations + iterations_of(solver)
+    except FAILURES as failure:
+        led = [one for one in contact.contacts if one.multiplier is not None]
+        if isinstance(failure, SetUpError) or not led:
+            raise
+        if kept is None or len(kept) == MOST_KEPT:
+            raise
+    contact.restore(reached)
+    _reduce(led)
+    try:
+        iterations += iterations_of(solver)
+    except FAILURES:
+        set_gammas(contact.contacts, given)
+        raise
+    kept.append(given)
+    return iterations
+
+
+@contextmanager
+def _given_back(contacts: Sequence[Any]) -> Iterator[list[Any]]:
+    """Give contacts their coefficients back in the end. Collective."""
+    given = [one.gamma for one in contacts]
+    try:
+        yield given
     finally:
-        solver.tolerances = tolerances
+        set_gammas(contacts, given)
+
+
+def set_gammas(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
+    """Give each contact its coefficient. Collective."""
+    for contact, gamma in zip(contacts, gammas):
+        contact.set_gamma(gamma)
+
+
+def _reduce(contacts: Sequence[Any]) -> None:
+    """Give each contact a tenth of its coefficient. Collective."""
+    set_gammas(contacts, [_tenth(contact.gamma) for contact in contacts])
+
+
+def _tenth(gamma: Any) -> Any:
+    """Make a coefficient, a number or a field, of a tenth of the size."""
+    if not isinstance(gamma, Function):
+        return SMALL * gamma
+    small = Function(gamma.function_space)
+    small.x.array[:] = SMALL * gamma.x.array
+    return small
 
 
 def _largest(gamma: Any) -> float:
     """Largest value of a number or of coefficients by pair."""
     tables = getattr(gamma, "tables", None)
     return float(gamma) if tables is None else max(float(t.max()) for t in tables)
+
+
+def with_line_search(solver: Any) -> SNESSolver | None:
+    """SNES with line search, on the matrix and with the linear solver of another one.
+
+    None if the given solver already has a line search, or is of another kind.
+    Collective.
+    """
+    options = dict(solver.options.given) if hasattr(solver, "options") else {}
+    # A tolerance of the user's is among the settings that are taken. The default was
+    # the rounding error of all bodies when the solver was made: asked for as a
+    # tolerance, it would be one that the softest body is not solved to
+    options.pop("snes_atol", None)
+    if isinstance(solver, SNESSolver):
+        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
+            return None
+    elif not (
+        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
+    ):
+        return None
+    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
+    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
+    return other

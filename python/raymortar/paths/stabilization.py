@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any
@@ -12,15 +11,17 @@ from mpi4py import MPI
 import numpy as np
 
 from ..compat import Array, Mask
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, attempt
 from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
-from ..errors import ContactWarning, ConvergenceError, SetUpError
+from ..errors import ConvergenceError, SetUpError, warn
 from ..interface.present import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
+from ..solvers.solver import temporarily
 from .prediction import Backoff
+from .soft_start import iterations_of
 from .viscosity import Viscosity
 
 # First size of the forces, as a share of the diagonal of the stiffness
@@ -133,31 +134,33 @@ class Stabilization:
             is_free &= has_no_springs(self._problem)
         return bool(is_free.any()) and (self.is_asked_for or self.is_of_use())
 
-    def pass_by(self, solve: Callable[[], int]) -> int | None:
+    def _plain(self) -> int:
+        """Solve once by the solver as it was given."""
+        return iterations_of(self._solver)
+
+    def pass_by(self) -> int | None:
         """Solve a step without the forces; return None if that fails or moves a loose
         body further than contact is found. Collective."""
         self.share = 0.0
-        return self._within(solve, self._limit)
+        return self._within(self._plain, self._limit)
 
-    def solve(
-        self, solve: Callable[[], int], alone: Callable[[], int] | None = None
-    ) -> int:
-        """Solve one step, each time by `solve`, or `alone` where the forces are left
-        out; return all iterations. Collective."""
+    def solve(self, each: Callable[[], int] | None = None) -> int:
+        """Solve one step under the forces, each time by `each`; return all iterations.
+        Collective."""
         self._begun, self.gave_up = self._problem.tangents, None
         scale, iterations, work = SHARE * self._factor, 0, 0.0
-        most, alone = self._most or MOST, alone or solve
+        most, each = self._most or MOST, each or self._plain
         for _ in range(most):
             asked = scale
-            more, scale = self._under(scale, solve)
+            more, scale = self._under(scale, each)
             iterations += more
             done, share = self._viscosity.measure()
             work += done
             last, (_, loose) = None, self._motions()
             if share <= NEARLY:
-                last = self._without(alone)
+                last = self._without()
                 if last is None and self._free is not None:
-                    last = self._hold(alone, SETTLED * self._limit)
+                    last = self._hold(SETTLED * self._limit)
             if last is not None or share <= REST:
                 self.work += work
                 self.has_caught = self.has_loose
@@ -175,7 +178,7 @@ class Stabilization:
             f"{share:.3g} of all forces of a body that nothing holds"
         )
 
-    def _without(self, solve: Callable[[], int], share: float = SETTLED) -> int | None:
+    def _without(self, share: float = SETTLED) -> int | None:
         """Solve without viscous forces, first for a linear step; return None if that
         fails, or moves a loose body by more than a share of the limit."""
         begin, steps = self._contact.state(), int(self.has_loose)
@@ -183,36 +186,29 @@ class Stabilization:
             self._contact.restore(begin)
             return None
         self._viscosity.begin()
-        last = self._within(solve, SETTLED * self._limit, begin)
+        last = self._within(self._plain, SETTLED * self._limit, begin)
         return None if last is None else last + steps
 
     def _takes_off(self, share: float = SETTLED) -> bool:
         """Take a linear step and tell whether it moves a loose body far: a motion that
         nothing resists is by far its largest part."""
         self._viscosity.begin()
-        solver = self._solver
-        most, solver.max_it = solver.max_it, 1
-        try:
-            solver.solve()
-        except FAILURES as failure:
-            if isinstance(failure, SetUpError):
-                raise
-        finally:
-            solver.max_it = most
+        with temporarily(self._solver, max_it=1):
+            attempt(self._plain)
         motions, loose = self._motions()
         takes_off = share * self._limit < loose < np.inf
         self._free = (motions, self._viscosity.change()) if takes_off else None
         return bool(takes_off)
 
-    def hold(self, solve: Callable[[], int]) -> int | None:
+    def hold(self) -> int | None:
         """Solve a step with a motion held that nothing resists; return None if there is
         none, or that fails. Collective."""
         begin = self._contact.state()
         takes_off = self._takes_off()
         self._contact.restore(begin)
-        return self._hold(solve, self._limit) if takes_off else None
+        return self._hold(self._limit) if takes_off else None
 
-    def _hold(self, solve: Callable[[], int], farthest: float) -> int | None:
+    def _hold(self, farthest: float) -> int | None:
         """Solve with the motion held of the loose body that has taken off, and say so
         once; return None if that fails or moves a body too far."""
         assert self._free is not None
@@ -221,40 +217,35 @@ class Stabilization:
         self._viscosity.hold(body, change)
         self._without_it = Backoff()
         self._without_it.failed()
-        iterations = self.hold_on(solve, solve, farthest)
+        iterations = self.hold_on(self._plain, farthest)
         if iterations is not None and self.holds and not self._said:
             self._said = True
-            warnings.warn(
+            warn(
                 f"{problem.convergence.groups.names()[body]} may "
                 f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
                 f"more than {self.share:.1e} of its forces drives it. Viscous forces hold "
                 "it from here on; prescribe it if the place matters",
-                ContactWarning,
-                stacklevel=3,
+                3,
             )
         return iterations
 
     def hold_on(
-        self,
-        solve: Callable[[], int],
-        alone: Callable[[], int],
-        farthest: float | None = None,
+        self, solve: Callable[[], int], farthest: float | None = None
     ) -> int | None:
-        """Solve one step as `solve` does with motions held, and from there by `alone`
-        without where more than noise drives them, or now and then, as something else
-        may hold them; return None if that fails or moves a loose body too far.
-        Collective."""
+        """Solve one step as `solve` does with motions held, and from there without where
+        more than noise drives them, or now and then, as something else may hold them;
+        return None if that fails or moves a loose body too far. Collective."""
         self.holds, last = True, None
         with self._viscosity.acting(HOLDS, holds=True):
             iterations = self._within(solve, farthest or self._limit)
         if iterations is not None:
             work, self.share = self._viscosity.measure()
             if self.share > IDLE:
-                last = self._within(alone, self._limit)
+                last = self._within(self._plain, self._limit)
             else:
                 self.work += work
                 if not self._without_it.rests():
-                    last = self._without(alone, RESISTED)
+                    last = self._without(RESISTED)
                     self._without_it.failed()
                 if last is None:
                     return iterations
@@ -344,14 +335,14 @@ class Stabilization:
         if begin is None:
             begin = self._contact.state()
             self._viscosity.begin()
-        try:
+
+        def near() -> int | None:
             iterations = solve()
             motions, loose = self._motions()
             self._require_approach(motions)
-            if loose <= farthest:
-                return iterations
-        except FAILURES as failure:
-            if isinstance(failure, SetUpError):
-                raise
-        self._contact.restore(begin)
-        return None
+            return iterations if loose <= farthest else None
+
+        iterations = attempt(near)
+        if iterations is None:
+            self._contact.restore(begin)
+        return iterations

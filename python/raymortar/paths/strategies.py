@@ -2,127 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
-from dolfinx.fem import Function
 
 from ..convergence.convergence import is_in_trouble
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, attempt
 from ..errors import ConvergenceError, SetUpError
 from ..interface.present import State
-from ..solvers.newton import NewtonSolver, SNESSolver
-from ..solvers.solver import MAX_IT
+from ..solvers.newton import SNESSolver
+from ..solvers.solver import MAX_IT, temporarily
 from .energy_balance import balance_of_step
 from .load_path import PrescribedPath
-from .prediction import Backoff, Lessons, Prediction
-from .soft_start import IN_A_ROW, MANY, SoftStart, solve_roughly
-from .soft_stick import SoftStick
+from .prediction import Lessons, Prediction
+from .soft_start import (
+    MORE_ITERATIONS,
+    PlainSolver,
+    iterations_of,
+    set_gammas,
+    solve_by_small_gamma,
+    with_line_search,
+)
 from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
 
-# Factor for the number of iterations where shorter steps need more, as those of a line
-# search, or where halving the load step would not save them
-MORE_ITERATIONS = 2
-
-_LINE_SEARCH = "snes_linesearch_type"
-
-# Smaller coefficient, over the one in use. It hardly changes the solution, but with it
-# fewer points open and close during a solve (docs/measured/robustness_paths.md)
-SMALL = 0.1
-
-# Largest number of times that a path goes on with a tenth of gamma
-MOST_KEPT = 2
+# Names of ways, and what solves in them; None: they do not work
+Ways = Iterator[tuple[str, Callable[[], int | None]]]
 
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
-
-
-def iterations_of(solver: Any) -> int:
-    """Solve once and return the iterations."""
-    return int(solver.solve()[0])
-
-
-def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> int:
-    """Solve with a tenth of gamma, then with gamma from there. Collective.
-
-    Where that fails, the tenth stays for contacts with a multiplier, if there is a list
-    for what was given: both solutions meet the contact conditions in the mean.
-    """
-    contact = solver.problem.contact
-    given = [one.gamma for one in contact.contacts]
-    _reduce(contact.contacts)
-    try:
-        iterations = solve_roughly(solver)
-    finally:
-        _set_gamma(contact.contacts, given)
-    reached = contact.state()
-    try:
-        return iterations + iterations_of(solver)
-    except FAILURES as failure:
-        led = [one for one in contact.contacts if one.multiplier is not None]
-        if isinstance(failure, SetUpError) or not led:
-            raise
-        if kept is None or len(kept) == MOST_KEPT:
-            raise
-    contact.restore(reached)
-    _reduce(led)
-    try:
-        iterations += iterations_of(solver)
-    except FAILURES:
-        _set_gamma(contact.contacts, given)
-        raise
-    kept.append(given)
-    return iterations
-
-
-def _set_gamma(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
-    """Give each contact its coefficient. Collective."""
-    for contact, gamma in zip(contacts, gammas):
-        contact.set_gamma(gamma)
-
-
-def _reduce(contacts: Sequence[Any]) -> None:
-    """Give each contact a tenth of its coefficient. Collective."""
-    _set_gamma(contacts, [_tenth(contact.gamma) for contact in contacts])
-
-
-def _tenth(gamma: Any) -> Any:
-    """Make a coefficient, a number or a field, of a tenth of the size."""
-    if not isinstance(gamma, Function):
-        return SMALL * gamma
-    small = Function(gamma.function_space)
-    small.x.array[:] = SMALL * gamma.x.array
-    return small
-
-
-def with_line_search(solver: Any) -> SNESSolver | None:
-    """SNES with line search, on the matrix and with the linear solver of another one.
-
-    None if the given solver already has a line search, or is of another kind.
-    Collective.
-    """
-    options = dict(solver.options.given) if hasattr(solver, "options") else {}
-    # A tolerance of the user's is among the settings that are taken. The default was
-    # the rounding error of all bodies when the solver was made: asked for as a
-    # tolerance, it would be one that the softest body is not solved to
-    options.pop("snes_atol", None)
-    if isinstance(solver, SNESSolver):
-        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
-            return None
-    elif not (
-        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
-    ):
-        return None
-    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
-    rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
-    other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
-    return other
 
 
 class Strategies:
@@ -155,13 +68,7 @@ class Strategies:
         self.rejected: Callable[[], None] = lambda: None
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
-        # Start of the plain solver where bodies bend; None: not yet asked for. It is left
-        # out for a while after failures
-        self._soft_start: SoftStart | None = None
-        self._starts_softly, self._without_it = False, Backoff()
-        # Whether this step has started softly, slow steps in a row, and whether the soft
-        # coefficients stay from the next step on
-        self._tried_softly, self._slow, self._stays = False, 0, False
+        self._plain = PlainSolver(self.solver, automatic)
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
@@ -171,71 +78,80 @@ class Strategies:
         helps, the failure of the solver as it was given is raised.
         """
         self.released = 0.0
-        if self._stays and self._soft_start is not None:
-            self._soft_start.stay()
-        self._starts_softly = bool(self._soft_start) and not self._without_it.rests()
-        self._tried_softly = self._stays = False
+        self._plain.begin_step()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
-        convergence.patient = not (self._automatic or self._asked_for)
-        try:
-            iterations = self._held(now, last, ratio)
-            if iterations is None:
-                iterations = self._as_last(now)
-            if iterations is None:
-                # Where a small gamma has just solved a step, it costs no more than what
-                # the plain solver takes to come back from a jump
-                convergence.hasty = self._lessons.last == SMALL_GAMMA
-                with self._more_iterations():
-                    iterations = self._as_given(now, last, ratio)
-                self._lessons.solved(FULL, plain_failed=False)
-                # A step of twice as many counts for two
-                slow = (iterations - 1) // MANY
-                self._slow = self._slow + slow if slow else 0
-                if self._slow >= IN_A_ROW:
-                    self._find_soft_start()
-            return iterations
-        except FAILURES as failure:
-            tries_others = self._automatic and self._asked_for is None
-            if not (tries_others and self._is_curable(failure)):
-                raise
-            convergence.hasty = False
-            # No variable keeps the failure: in a cycle with this frame, ranks would
-            # free the solver, which is collective, at different times
-            iterations = self._otherwise(now)
-            if iterations is None:
-                raise
-            self._lessons.solved(self.used, plain_failed=True)
-            return iterations
-        finally:
-            convergence.patient, convergence.hasty = True, False
+        patient = not (self._automatic or self._asked_for)
+        with temporarily(convergence, patient=patient, hasty=False):
+            try:
+                iterations = self._held(now, last, ratio)
+                if iterations is None:
+                    iterations = self._in_turn(self._first(), now)
+                if iterations is None:
+                    iterations = self._full(now, last, ratio)
+                return iterations
+            except FAILURES as failure:
+                tries_others = self._automatic and self._asked_for is None
+                if not (tries_others and self._is_curable(failure)):
+                    raise
+                convergence.hasty = False
+                # No variable keeps the failure: in a cycle with this frame, ranks would
+                # free the solver, which is collective, at different times
+                iterations = self._otherwise(now)
+                if iterations is None:
+                    raise
+                self._lessons.solved(self.used, plain_failed=True)
+                return iterations
+
+    def _full(self, now: State, last: State | None, ratio: float) -> int:
+        """Solve by the solver as it was given, and learn from it."""
+        # Where a small gamma has just solved a step, it costs no more than what the plain
+        # solver takes to come back from a jump
+        convergence = self.solver.problem.convergence
+        convergence.hasty = self._lessons.last == SMALL_GAMMA
+        with self._more_iterations():
+            iterations = self._as_given(now, last, ratio)
+        self._lessons.solved(FULL, plain_failed=False)
+        self._plain.learn(iterations)
+        return iterations
 
     def _held(self, now: State, last: State | None, ratio: float) -> int | None:
-        """Solve under viscous forces if they are asked for or hold a body that nothing
-        else does; return None if they are not, or fail without being asked for."""
-        forces, plain = self._asked_for, partial(iterations_of, self.solver)
+        """Solve under viscous forces if they are asked for, or hold a motion; return
+        None if they do not, or fail without being asked for."""
+        forces = self._asked_for
         holding = forces or self._viscous
         if holding is not None and holding.holds:
             with self._more_iterations():
                 solve = partial(self._as_given, now, last, ratio)
-                iterations = holding.hold_on(solve, plain)
+                iterations = holding.hold_on(solve)
             if iterations is not None:
                 return iterations
             self.restore(now)
-        if forces is not None:
-            iterations = None if forces.is_needed() else forces.pass_by(plain)
-            self.used = FULL
-            if iterations is None:
-                iterations = forces.solve(self._each, plain)
-                self.used = VISCOUS
-            return iterations
-        if self._viscous is None or not self._viscous.is_needed():
+        if forces is None:
             return None
-        solve = partial(self._viscous.solve, self._each, plain)
-        iterations = self._attempt(VISCOUS, solve, now)
+        iterations = None if forces.is_needed() else forces.pass_by()
+        self.used = FULL
         if iterations is None:
-            self.restore(now)
+            iterations = forces.solve(self._each)
+            self.used = VISCOUS
         return iterations
+
+    def _first(self) -> Ways:
+        """Yield the ways that go before the plain solver: viscous forces where nothing
+        else holds a body, and a small gamma where that solved the last steps."""
+        if self._viscous is not None and self._viscous.is_needed():
+            yield VISCOUS, partial(self._viscous.solve, self._each)
+        if self._lessons.first() == SMALL_GAMMA:
+            yield SMALL_GAMMA, self._by_small_gamma
+
+    def _in_turn(self, ways: Ways, now: State) -> int | None:
+        """Solve in the first way that converges; return None if none does."""
+        for name, solve in ways:
+            iterations = self._attempt(name, solve, now)
+            if iterations is not None:
+                return iterations
+            self.restore(now)
+        return None
 
     def _each(self) -> int:
         """Solve once on the way of a body that is caught: if need be by a small gamma,
@@ -249,16 +165,6 @@ class Strategies:
         self._contact.restore(now)
         return self._by_small_gamma()
 
-    def _as_last(self, now: State) -> int | None:
-        """Solve by a small gamma if that solved the last steps; return None if it is
-        not its turn, or fails."""
-        if self._lessons.first() != SMALL_GAMMA:
-            return None
-        iterations = self._attempt(SMALL_GAMMA, self._by_small_gamma, now)
-        if iterations is None:
-            self.restore(now)
-        return iterations
-
     def _otherwise(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
         self._contact.restore(now)
@@ -270,85 +176,21 @@ class Strategies:
                 return iterations
         return None
 
-    def _others(self) -> Iterator[tuple[str, Callable[[], int | None]]]:
+    def _others(self) -> Ways:
         """Yield the other ways by name (docs/measured/robustness_paths.md)."""
-        viscous, plain = self._viscous, partial(iterations_of, self.solver)
+        viscous = self._viscous
         if viscous is not None and viscous.has_caught:
-            yield VISCOUS, partial(viscous.hold, plain)
-        if self._find_soft_start() and not self._tried_softly:
+            yield VISCOUS, viscous.hold
+        if self._plain.may_start_softly():
             yield SOFT, self._softly
         yield SMALL_GAMMA, self._by_small_gamma
         if viscous is not None and viscous.is_of_use():
-            yield VISCOUS, partial(viscous.solve, plain)
-
-    def _find_soft_start(self) -> bool:
-        """Find a soft start for the plain solver, once, at a state of the path; return
-        whether there is one. Collective."""
-        if self._soft_start is None and self._automatic:
-            self._soft_start = SoftStart(self.solver.problem)
-        return bool(self._soft_start)
+            yield VISCOUS, viscous.solve
 
     def _softly(self) -> int:
         """Solve from a soft start, for as long as the plain solver may."""
-        self._starts_softly = True
         with self._more_iterations():
-            return self._plain(opens=True)
-
-    def _plain(self, opens: bool = False) -> int:
-        """Solve by the solver as it was given, from a soft start if there is one."""
-        start = self._soft_start
-        if not (start and self._starts_softly):
-            return self._softened(opens)
-        self._tried_softly = True
-        try:
-            with self._patient(opens and start.may_stay):
-                acting = partial(self._soft_stick.acting, opens)
-                iterations = start.solve(self.solver, acting)
-            iterations += self._from_rough(start, opens)
-        except FAILURES:
-            self._starts_softly = False
-            self._without_it.failed()
-            raise
-        self._without_it.reset()
-        return iterations
-
-    def _from_rough(self, start: SoftStart, opens: bool) -> int:
-        """Solve from a rough solution; where that fails, with soft coefficients that
-        stay, and where it takes long, they stay from the next step on."""
-        rough = self._contact.state()
-        try:
-            iterations = self._softened(opens)
-            self._stays = iterations > MANY and start.may_stay
-            return iterations
-        except FAILURES as failure:
-            if isinstance(failure, SetUpError) or not start.may_stay:
-                raise
-        changed = start.stay()
-        self._contact.restore(rough)
-        try:
-            return self._softened(opens)
-        except FAILURES:
-            start.undo(changed)
-            raise
-
-    def _softened(self, opens: bool) -> int:
-        """Solve once with softened tangents."""
-        parts = self._contact.parts
-        # Fronts of bodies that bend take long, and no other way does any better
-        is_soft = opens and any(part.gamma_is_soft for part in parts)
-        with self._patient(is_soft), self._soft_stick.acting(opens):
-            return iterations_of(self.solver)
-
-    @contextmanager
-    def _patient(self, is_patient: bool) -> Iterator[None]:
-        """Let solves go on until they are hopeless, if asked."""
-        convergence = self.solver.problem.convergence
-        before = convergence.patient
-        convergence.patient = before or is_patient
-        try:
-            yield
-        finally:
-            convergence.patient = before
+            return self._plain.start_softly()
 
     def _by_small_gamma(self) -> int:
         """Solve with a tenth of gamma, then with gamma, both by a line search."""
@@ -359,15 +201,19 @@ class Strategies:
     ) -> int | None:
         """Solve in another way from the present state; return None if it fails."""
         kept = len(self._given)
-        try:
+
+        def measured() -> int | None:
             iterations = solve()
             if iterations is not None:
                 self.released = self._released(name, now)
-        except FAILURES as failure:
-            self._give_back(kept)
-            if isinstance(failure, SetUpError):
-                raise
-            return None
+            return iterations
+
+        iterations = None
+        try:
+            iterations = attempt(measured)
+        finally:
+            if iterations is None:
+                self._give_back(kept)
         if iterations is not None:
             self.used = name
         return iterations
@@ -421,36 +267,27 @@ class Strategies:
                     return iterations
         # A predicted start has the slip of the last step, and the nodes that have closed;
         # this one has to find them
-        return self._plain(opens=True)
+        return self._plain.solve(opens=True)
 
-    @contextmanager
-    def _more_iterations(self) -> Iterator[None]:
+    def _more_iterations(self) -> AbstractContextManager[object]:
         """Let solves go on for longer while they are not in trouble, unless the user
         has limited them: in a halved step active sets are as far away as before."""
-        solver = self.solver
-        raised = self._automatic and getattr(solver, "max_it", None) == MAX_IT
-        if raised:
-            solver.max_it = MORE_ITERATIONS * MAX_IT
-        convergence = solver.problem.convergence
-        convergence.lasts = raised
-        try:
-            yield
-        finally:
-            convergence.lasts = False
-            if raised:
-                solver.max_it = MAX_IT
+        solver, found = self.solver, ExitStack()
+        if self._automatic and getattr(solver, "max_it", None) == MAX_IT:
+            most, convergence = MORE_ITERATIONS * MAX_IT, solver.problem.convergence
+            found.enter_context(temporarily(convergence, lasts=True))
+            found.enter_context(temporarily(solver, max_it=most))
+        return found
 
     def _from_ahead(self, prediction: Prediction, now: State) -> int | None:
         """Solve from where the last step leads; return None if that fails."""
-        convergence, iterations = self.solver.problem.convergence, None
-        patient, convergence.patient = convergence.patient, False
-        try:
-            iterations = self._plain()
-            self.used = EXTRAPOLATED if prediction.always else FULL
-        except FAILURES:
-            self.restore(now)
-        finally:
-            convergence.patient = patient
+        iterations = None
+        with temporarily(self.solver.problem.convergence, patient=False):
+            try:
+                iterations = self._plain.solve()
+                self.used = EXTRAPOLATED if prediction.always else FULL
+            except FAILURES:
+                self.restore(now)
         prediction.note(iterations is not None)
         return iterations
 
@@ -463,7 +300,7 @@ class Strategies:
     def _give_back(self, kept: int) -> None:
         """Undo reductions of gamma beyond a number of them. Collective."""
         if len(self._given) > kept:
-            _set_gamma(self._contact.contacts, self._given[kept])
+            set_gammas(self._contact.contacts, self._given[kept])
             del self._given[kept:]
 
     def gave_up(self) -> list[str]:
@@ -481,10 +318,6 @@ class Strategies:
         self._give_back(0)
 
     # Other solvers with the settings of the given one, made when first needed
-
-    @cached_property
-    def _soft_stick(self) -> SoftStick:
-        return SoftStick(self.solver.problem)
 
     @cached_property
     def _searching(self) -> SNESSolver | None:

@@ -42,6 +42,11 @@ class Table:
     values: Array
 
 
+def as_list(values: Any) -> list[Any]:
+    """Numbers as JSON has them, to the last digit."""
+    return np.asarray(values).tolist()
+
+
 def write_tables(
     comm: MPI.Comm, path: Path, head: dict[str, Any], tables: Sequence[Table]
 ) -> None:

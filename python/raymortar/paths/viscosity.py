@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from typing import Any
 
 from mpi4py import MPI
@@ -18,6 +17,7 @@ from ..compat import Array
 from ..diagnose.lost_contact import largest_motions, places, rigid_motions, rigid_part
 from ..discretization.checks import weight
 from ..problem import CoupledProblem
+from ..solvers.solver import temporarily
 from ..system.volume import Volume
 
 # Cells that move alike are told apart by their place along a line that is askew to
@@ -108,18 +108,13 @@ class Viscosity:
         """Hold no motion any more."""
         self._holding[:] = 0.0
 
-    @contextmanager
-    def acting(self, scale: float, holds: bool = False) -> Iterator[None]:
+    def acting(self, scale: float, holds: bool = False) -> AbstractContextManager[None]:
         """Add forces with s as given, in all cells or those that hold a motion, to those
         of the problem."""
         self._scale.value = scale
         k = self._holding if holds else self._fading
         self._k.x.array.reshape(-1, *k.shape[1:])[self._cells] = k
-        kept, self._problem.volume = self._problem.volume, self._volume
-        try:
-            yield
-        finally:
-            self._problem.volume = kept
+        return temporarily(self._problem, volume=self._volume)
 
     def change(self) -> Array:
         """Return u - u_0 at the owned dofs of the displacement. Length."""

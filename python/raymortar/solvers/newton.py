@@ -19,20 +19,11 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .automatic import inexact, linear_options
 from .petsc_objects import new_prefix, take_tangent
-from .solver import MAX_IT, CoupledSolver
+from .solver import MAX_IT, CoupledSolver, forwarded
 
 
 class _Ended(Exception):
     """Ends a solve of DOLFINx's Newton solver, which offers no other way."""
-
-
-def _setting(name: str, meaning: str) -> Any:
-    """Make an attribute of a `NewtonSolver` from one of DOLFINx's solver."""
-    return property(
-        lambda solver: getattr(solver.newton, name),
-        lambda solver, value: setattr(solver.newton, name, value),
-        doc=meaning,
-    )
 
 
 class NewtonSolver(CoupledSolver):
@@ -70,14 +61,18 @@ class NewtonSolver(CoupledSolver):
     newton: Any
     rtol: float
     atol: float
-    max_it = _setting("max_it", "Most iterations.")
-    relaxation_parameter = _setting("relaxation_parameter", "Factor of a correction.")
-    convergence_criterion = _setting(
-        "convergence_criterion", '``"residual"`` or ``"incremental"``.'
+    max_it = forwarded("newton", "max_it", "Most iterations.")
+    relaxation_parameter = forwarded(
+        "newton", "relaxation_parameter", "Factor of a correction."
     )
-    report = _setting("report", "Whether DOLFINx's log has each iteration.")
-    error_on_nonconvergence = _setting(
-        "error_on_nonconvergence", "Whether DOLFINx raises an error of its own."
+    convergence_criterion = forwarded(
+        "newton", "convergence_criterion", '``"residual"`` or ``"incremental"``.'
+    )
+    report = forwarded("newton", "report", "Whether DOLFINx's log has each iteration.")
+    error_on_nonconvergence = forwarded(
+        "newton",
+        "error_on_nonconvergence",
+        "Whether DOLFINx raises an error of its own.",
     )
 
     def __init__(

@@ -7,7 +7,8 @@ import inspect
 import sys
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from difflib import get_close_matches
 from typing import Any, cast
 
@@ -230,6 +231,29 @@ def _settings(solver: type[CoupledSolver]) -> list[str]:
         if getattr(getattr(solver, name), "fset", None) is not None
     }
     return sorted(name for name in names if not name.startswith("_"))
+
+
+def forwarded(to: str, name: str, meaning: str) -> Any:
+    """Make an attribute of a class that is one of the object of another attribute."""
+    return property(
+        lambda owner: getattr(getattr(owner, to), name),
+        lambda owner, value: setattr(getattr(owner, to), name, value),
+        doc=meaning,
+    )
+
+
+@contextmanager
+def temporarily(thing: Any, **values: Any) -> Iterator[None]:
+    """Give attributes of an object, such as settings of a solver, other values for a
+    while."""
+    before = {name: getattr(thing, name) for name in values}
+    for name, value in values.items():
+        setattr(thing, name, value)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(thing, name, value)
 
 
 def require_problem(problem: Any, remedy: str = "") -> None:

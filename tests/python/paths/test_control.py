@@ -19,7 +19,7 @@ from raymortar import (
     LoadSteps,
     Penalty,
 )
-from raymortar.paths import soft_start, strategies
+from raymortar.paths import soft_start
 from raymortar.paths.strategies import FULL, VISCOUS
 
 sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))
@@ -336,7 +336,7 @@ def test_a_soft_start_leads_to_the_same_path(monkeypatch):
     """Its rough solves have the tolerances of the solver, which are back after them."""
     expected = [step.factor for step in led(on_bed("triangle"), 4)]
     solve, rough = soft_start.SoftStart.solve, []
-    monkeypatch.setattr(strategies, "MANY", 1)
+    monkeypatch.setattr(soft_start, "MANY", 1)
     monkeypatch.setattr(soft_start, "BENDS", np.inf)
     monkeypatch.setattr(
         soft_start.SoftStart, "solve", lambda *given: rough.append(solve(*given)) or 0

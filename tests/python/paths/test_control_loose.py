@@ -12,7 +12,7 @@ from snapping import on_bed
 from meshes.scenes import two_blocks
 from raymortar import ArcLength, ConvergenceError, DisplacementControl, LoadSteps
 from raymortar.diagnose.lost_contact import loose_bodies
-from raymortar.paths.load_path import mean_weights
+from raymortar.paths.controls import mean_weights
 
 sys.path.append(str(Path(__file__).parents[3] / "demos"))
 

@@ -6,7 +6,7 @@ from load_paths import top_moves
 from problems import worst
 
 from raymortar import ContactError, LoadSteps
-from raymortar.paths import strategies
+from raymortar.paths import soft_start
 from raymortar.paths.prediction import LONGEST, Prediction
 from raymortar.paths.strategies import FULL, SMALL_GAMMA
 
@@ -69,7 +69,7 @@ def test_starts_that_fail_are_left_out_for_longer_and_longer(monkeypatch):
 
 def test_a_step_after_one_of_another_way_starts_where_that_one_led(monkeypatch):
     """The plain solver breaks in the first step; a small gamma solves it."""
-    asked, solve, tries = recorded(monkeypatch), strategies.iterations_of, []
+    asked, solve, tries = recorded(monkeypatch), soft_start.iterations_of, []
 
     def breaks_once(solver):
         tries.append(solver)
@@ -77,7 +77,7 @@ def test_a_step_after_one_of_another_way_starts_where_that_one_led(monkeypatch):
             raise ContactError("cells are inverted")
         return solve(solver)
 
-    monkeypatch.setattr(strategies, "iterations_of", breaks_once)
+    monkeypatch.setattr(soft_start, "iterations_of", breaks_once)
     _, steps = top_moves("quadrilateral", steps=4)
     ways = [step.strategy for step in steps.run()]
     assert ways == [SMALL_GAMMA, FULL, FULL, FULL] and asked == 3 * [True]

@@ -11,7 +11,7 @@ from volumes import assert_as_assembled, counted, disturb, without_what_is_kept
 
 import raymortar
 from raymortar import compat
-from raymortar.system import volume
+from raymortar.system import kept_forms
 
 
 def pressed(cell, degree=1, material="linear", **options):
@@ -124,7 +124,7 @@ def test_the_tangent_is_assembled_once(monkeypatch):
 def test_forms_of_one_structure_are_looked_into_once(monkeypatch):
     for material in ("linear", "neo-hookean"):
         pressed("triangle", material=material)
-    monkeypatch.setattr(volume, "derivative", None)
+    monkeypatch.setattr(kept_forms, "derivative", None)
     assert not pressed("triangle", material="neo-hookean").volume.is_linear
     problem = pressed("triangle")
     assert problem.volume.is_linear
@@ -138,10 +138,10 @@ def test_it_counts_which_function_of_a_form_is_the_unknown():
     a, b = fem.Function(V), fem.Function(V)
     F = ufl.dot(b, b) * ufl.inner(ufl.grad(a), ufl.grad(ufl.TestFunction(V))) * ufl.dx
     for _ in range(2):
-        of_residual, of_tangent = volume.inputs_if_linear([F], [a])
+        of_residual, of_tangent = kept_forms.inputs_if_linear([F], [a])
         assert of_residual.functions == of_tangent.functions == [b]
-        assert volume.inputs_if_linear([F], [b]) is None
-        assert volume.inputs_if_linear([F], [a, b]) is None
+        assert kept_forms.inputs_if_linear([F], [b]) is None
+        assert kept_forms.inputs_if_linear([F], [a, b]) is None
 
 
 def test_others_are_not_kept():
