@@ -18,7 +18,7 @@ FEW = {2: 8, 3: 32}
 
 
 class FewFacets:
-    """How far the forces of a slave surface depend on gamma in a state. Collective.
+    """Dependence of the forces on a slave surface on gamma, in one state. Collective.
 
     Forces depend on it by the work of the law's residuals over that of the bodies
     [theory (4.36)]. `points` are those of the surface, `gamma` its mean coefficient.

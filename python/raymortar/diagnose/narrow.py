@@ -23,13 +23,16 @@ TWO, KEPT = 2.0, 0.5
 
 
 def jump(
-    zone: ZoneData, points: dict[str, Array], W: FunctionSpace
+    zone: ZoneData, points: dict[str, Array], W: FunctionSpace, by_gamma: bool
 ) -> tuple[float, str]:
     """Find by how much the normal of contact has jumped since the accepted step, where one
     facet at a time carries it; and say so. 0 if contact has not moved so, or the normal
     has turned by less than `JUMP`. Degrees. Collective.
+
+    `W` is the space of results, scalar ones. `by_gamma`: whether gamma changes the
+    equilibrium that is found, and no other one.
     """
-    facets, comm = len(zone.multiplier_table), zone.comm
+    facets, comm = len(zone.result_table), zone.comm
     closed = points["status"] >= CLOSED
     force = _sum(points, closed, np.abs(points["weight"] * points["pressure"]), facets)
     was = np.zeros(facets) if zone.carried is None else zone.carried
@@ -53,7 +56,7 @@ def jump(
     if angle[k] <= JUMP:
         return 0.0, ""
     choosing, other = "the steps", ""
-    if not zone.has_law_at_nodes:
+    if by_gamma:
         choosing = "gamma and the steps"
         other = ". The law at nodes leaves gamma out of that, but jumps as much"
     return float(angle[k]), (
@@ -72,7 +75,7 @@ def _sum(points: dict[str, Array], at: Mask, values: Array, facets: int) -> Arra
 
 def _are_alone(zone: ZoneData, carries: Mask, W: FunctionSpace) -> Mask:
     """Tell on which facets no other facet that carries shares a node. Collective."""
-    table = zone.multiplier_table
+    table = zone.result_table
     share = carries.astype(float)[:, None, None]
     count = sums_at(W.dofmap.index_map, 1, (table, share))[:, 0]
     return np.asarray((count[table] < 1.5).all(axis=1))

@@ -195,13 +195,14 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
         if corner is not None:
             yield Finding(("corner", k), 1.0, f"{corner}, and both press there{SHARED}")
         for number, zone in enumerate(one.zones):
-            if one.multiplier is None:
-                break
-            points = zone.points()
-            angle, text = jump(zone, points, one.multiplier.function_space)
+            points, scalar = zone.points(), contact.parts[k].surfaces.scalar
+            at_points = one.multiplier is not None and not zone.has_law_at_nodes
+            angle, text = jump(zone, points, scalar, at_points)
             if angle > 0.0:
                 yield Finding(("jump", id(zone)), angle, text)
-            if not (zone.has_law_at_nodes or zone.depends_on_gamma):
+            if one.multiplier is None:
+                continue
+            if at_points and not zone.depends_on_gamma:
                 few = FewFacets(zone, points, one.gamma_scale)
                 told = partial(few.told, problem)
                 yield Finding(("few", id(zone)), 0.0, "", told, few.force)

@@ -13,7 +13,7 @@ from materials import lame
 from slender import held, problem_of
 from strips import strip, tag_where
 
-from raymortar import ContactWarning, LoadSteps, SNESSolver, rigid
+from raymortar import ContactWarning, LoadSteps, Penalty, SNESSolver, rigid
 
 LENGTH, THICK, TIP, WIDE = 10.0, 1.5, 8.0, 1.5
 
@@ -24,7 +24,7 @@ def lowest(x, lip):
     return -0.5 * lip * (1.0 + np.cos(np.pi * ramp))
 
 
-def passing(cells, lip, mu, overlap=0.2):
+def passing(cells, lip, mu, overlap=0.2, **options):
     """What is told where a circle passes below a cantilever, across its lip."""
 
     def below(x):
@@ -48,6 +48,7 @@ def passing(cells, lip, mu, overlap=0.2):
         [(1, circle)],
         lambda V: [held(V, mesh, tags, 2, zero)],
         mu,
+        **options,
     )
 
     def apply(t):
@@ -68,6 +69,13 @@ def test_a_lip_of_few_facets_is_told_once_with_place_and_remedy(mu):
     assert len(found) == 1, found
     assert "contact of slave tag 1 is narrower than a facet" in found[0]
     assert "times smaller" in found[0]
+
+
+@pytest.mark.mpi
+def test_so_is_a_penalty_without_a_law_at_nodes():
+    found = passing((20, 3), 0.8, 0.0, method=Penalty())
+    assert len(found) == 1, found
+    assert "of which the steps choose one" in found[0] and "at nodes" not in found[0]
 
 
 @pytest.mark.mpi
