@@ -9,11 +9,13 @@ from ..errors import format_point
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
+from .narrow import forces_on_facets, undeformed_middles
 
-# Work of the law's residuals, over that of the bodies, from which forces depend on gamma
-# by some percent (docs/measured/few_facets)
+# Work of the law's residuals, over that of the bodies, from which on forces change with
+# gamma by some percent (docs/measured/few_facets)
 SHARE = 0.02
-# Facets that are few, by dimension: 4 across contact at two places, or of triangles
+# Largest number of facets that counts as few, by dimension: two contacts of 4 facets; in
+# space two of 4 by 4 quadrilaterals, or one of twice as many triangles
 FEW = {2: 8, 3: 32}
 
 
@@ -31,31 +33,30 @@ class FewFacets:
 
     def __init__(self, zone: ZoneData, points: dict[str, Array], gamma: float) -> None:
         self._zone = zone
-        weight, facets = points["weight"], len(zone.multiplier_table)
+        weight = points["weight"]
         closed, is_open = points["status"] >= CLOSED, points["status"] == OPEN
-        pressing = weight * np.abs(points["pressure"]) * closed
-        self._carried = np.bincount(points["slave"], pressing, facets)
+        self._carried = forces_on_facets(zone, points)
         left = (points["traction"] ** 2).sum(axis=1) / gamma * is_open
         left += gamma * points["gap"] ** 2 * closed
         pressed = points["pressure"] ** 2 / gamma * closed
-        mine = [pressing.sum(), weight @ left, weight @ pressed]
+        mine = [self._carried.sum(), weight @ left, weight @ pressed]
         mine.append(np.count_nonzero(self._carried))
         found = zone.comm.allreduce(np.array(mine))
         self.force, self._left, self._pressed, self._facets = map(float, found)
 
     def told(self, problem: CoupledProblem) -> str | None:
-        """Say on what forces depend, and what helps; None: they hardly do. Collective.
+        """Word the warning; None where forces hardly depend on gamma. Collective.
 
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
-        surface, count = self._zone.facets.slave_surface, int(self._facets)
-        if count > FEW[surface.gdim] or self._left <= SHARE * self._pressed:
+        dim, count = self._zone.facets.slave_surface.gdim, int(self._facets)
+        if count > FEW[dim] or self._left <= SHARE * self._pressed:
             return None
         work = _work_of_bodies(problem)
         if not self._left > SHARE * work > 0.0:
             return None
-        middles, most = surface.X[surface.facet_nodes].mean(axis=1), (0.0, "")
+        middles, most = undeformed_middles(self._zone), (0.0, "")
         if self._carried.any():
             k = int(np.argmax(self._carried))
             most = float(self._carried[k]), format_point(middles[k], middles)
@@ -82,12 +83,8 @@ def _work_of_bodies(problem: CoupledProblem) -> float:
     forces = volume.forces(problem.bcs)[unknowns.u_owned]
     if volume.updated is not None:
         return float(problem.comm.allreduce(np.abs(forces) @ np.abs(u)))
-    values = unknowns.values()
-    rest = values.copy()
-    rest[unknowns.u_local] = 0.0
-    try:
+    with unknowns.lent() as rest:
+        rest[unknowns.u_local] = 0.0
         unknowns.set_values(rest)
         loads = volume.forces(problem.bcs)[unknowns.u_owned]
-    finally:
-        unknowns.set_values(values)
     return float(problem.comm.allreduce((forces - loads) @ u))

@@ -18,7 +18,8 @@ from ..interface.zone_data import ZoneData
 JUMP = 6.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2
-# In the step in which contact moves on it may be on two facets, and keeps much of its force
+# Contact that moves on was on at most two facets for one now, and keeps more than half of
+# its force
 TWO, KEPT = 2.0, 0.5
 
 
@@ -29,12 +30,11 @@ def jump(
     facet at a time carries it; and say so. 0 if contact has not moved so, or the normal
     has turned by less than `JUMP`. Degrees. Collective.
 
-    `W` is the space of results, scalar ones. `by_gamma`: whether gamma changes the
-    equilibrium that is found, and no other one.
+    `W` is the space of scalar results. `by_gamma`: whether gamma chooses among results,
+    and is no part of them, as it is with a penalty.
     """
     facets, comm = len(zone.result_table), zone.comm
-    closed = points["status"] >= CLOSED
-    force = _sum(points, closed, np.abs(points["weight"] * points["pressure"]), facets)
+    force = forces_on_facets(zone, points)
     was = np.zeros(facets) if zone.carried is None else zone.carried
     zone.carried = force
     alone = (force > 0.0) & _are_alone(zone, force > 0.0, W)
@@ -48,7 +48,9 @@ def jump(
         return 0.0, ""
     place, normal = _middles(zone, points, facets)
     x, n = (_of_all(comm, values[left]) for values in (place, normal))
-    X, y, m = (_of_all(comm, v[alone]) for v in (_undeformed(zone), place, normal))
+    X, y, m = (
+        _of_all(comm, v[alone]) for v in (undeformed_middles(zone), place, normal)
+    )
     nearest = [int(np.argmin(((x - one) ** 2).sum(axis=1))) for one in y]
     cosine = np.einsum("fi,fi->f", m, n[nearest])
     angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
@@ -66,6 +68,12 @@ def jump(
         f"a jump several results hold, of which {choosing} choose one. Make facets there "
         f"{np.ceil(angle[k] / JUMP):.0f} times smaller{other}"
     )
+
+
+def forces_on_facets(zone: ZoneData, points: dict[str, Array]) -> Array:
+    """Normal force on each slave facet, by its closed points, (facets,)."""
+    closed, facets = points["status"] >= CLOSED, len(zone.result_table)
+    return _sum(points, closed, np.abs(points["weight"] * points["pressure"]), facets)
 
 
 def _sum(points: dict[str, Array], at: Mask, values: Array, facets: int) -> Array:
@@ -96,7 +104,7 @@ def _middles(
     return place / count[:, None], normal / np.maximum(size, np.finfo(float).tiny)
 
 
-def _undeformed(zone: ZoneData) -> Array:
+def undeformed_middles(zone: ZoneData) -> Array:
     """Undeformed middles of the slave facets, (facets, d)."""
     surface = zone.facets.slave_surface
     return np.asarray(surface.X[surface.facet_nodes].mean(axis=1))

@@ -273,8 +273,7 @@ class Unknowns:
 
     @contextmanager
     def lent(self) -> Iterator[Array]:
-        """Give a copy of all local unknowns, which may change within and are then as
-        before."""
+        """Give a copy of all local unknowns; what changes within is undone at the end."""
         before = self.values()
         try:
             yield before.copy()

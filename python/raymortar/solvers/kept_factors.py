@@ -13,7 +13,7 @@ from ..discretization.joined import unrolled
 from ..discretization.ranks import destroy
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .levels import sides
-from .petsc_objects import DIRECT, InnerSolvers, nested
+from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and the largest number of solves, each for the residual left
@@ -55,8 +55,7 @@ def kept_factors(most: float | None = None) -> dict[str, Any]:
     bodies and of the tangents add ``kept_`` and ``direct_`` to that of the solver.
     """
     # The kind of factors follows the symmetry of the stiffness; right-hand sides at once
-    kept = {k: v for k, v in DIRECT.items() if k != "pc_type"}
-    kept["mat_mumps_icntl_27"] = 128
+    kept = SYMMETRIC_OR_NOT | {"mat_mumps_icntl_27": 128}
     given = {} if most is None else {"kept_most": most}
     return nested(KeptFactorsSolver, kept=kept, direct=DIRECT) | given
 

@@ -11,7 +11,13 @@ import numpy as np
 
 from ..compat import Array
 from ..errors import ContactError, is_whole_number
-from .petsc_objects import DIRECT, InnerSolvers, inner_solver, is_symmetric, nested
+from .petsc_objects import (
+    SYMMETRIC_OR_NOT,
+    InnerSolvers,
+    inner_solver,
+    is_symmetric,
+    nested,
+)
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
 # have lagged factors by default (docs/measured/solving.md)
@@ -56,9 +62,7 @@ def lagged_factors(package: str = "mumps", **options: Any) -> dict[str, Any]:
     most = options.get("lagged_most", A_FACTORISATION)
     if not (is_whole_number(most) and most >= 0):
         raise ContactError(f"lagged_most = {most!r} must be a whole number from 0 on")
-    # Of no type: it follows the symmetry of the tangents, unless the user has chosen
-    direct = {k: v for k, v in DIRECT.items() if k != "pc_type"}
-    direct["pc_factor_mat_solver_type"] = package
+    direct = SYMMETRIC_OR_NOT | {"pc_factor_mat_solver_type": package}
     gmres = {"ksp_type": "gmres", "ksp_gmres_restart": 100}
     inner = nested(LaggedFactorsSolver, lagged=gmres, direct=direct)
     return inner | {"ksp_rtol": RTOL, "lagged_most": A_FACTORISATION} | options
@@ -89,7 +93,7 @@ class LaggedFactorsSolver(InnerSolvers):
         # Iterations with the present factors, and how many there may be
         self._taken = self._most = 0
         self._has_factors = self._has_new_pattern = False
-        # Whether all tangents so far were symmetric, and the type of factors is ours
+        # Whether all tangents so far were symmetric, and the user has given no type
         self._symmetric = True
         # The last tangent, and how many systems it was used for
         self._tangent, self._uses = (0, 0), 0

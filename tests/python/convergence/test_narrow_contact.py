@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import warnings
 
-from petsc4py import PETSc
-
 import numpy as np
 import pytest
-from dolfinx import fem
 from materials import lame
-from slender import held, problem_of
+from slender import held_strip
 from strips import strip, tag_where
 
 from raymortar import ContactWarning, LoadSteps, Penalty, SNESSolver, rigid
@@ -40,16 +37,7 @@ def passing(cells, lip, mu, overlap=0.2, **options):
     start = TIP + 1.0
     centre = start, lowest(start, lip) - 1.0
     circle = rigid.Body(rigid.Circle(centre, 1.0), name="nub")
-    zero = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
-    problem = problem_of(
-        mesh,
-        tags,
-        lame(2500.0, 0.35),
-        [(1, circle)],
-        lambda V: [held(V, mesh, tags, 2, zero)],
-        mu,
-        **options,
-    )
+    problem = held_strip(mesh, tags, lame(2500.0, 0.35), circle, mu, **options)
 
     def apply(t):
         """Up first, then along."""
