@@ -127,9 +127,10 @@ def test_iterations_hardly_depend_on_gamma():
 
 @pytest.mark.parametrize("friction", FRICTIONS)
 def test_iterations_hardly_grow_with_refinement(friction):
+    # Of n=1 all, of n=2 half is near contact and solved exactly
     counts = [
         solution(blocks("augmented", FRICTIONS[friction], n), solvers.iterative())[1]
-        for n in (1, 2, 3)
+        for n in (3, 4, 5)
     ]
     assert max(counts) <= 1.3 * counts[0]
 
