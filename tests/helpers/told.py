@@ -1,7 +1,8 @@
-"""Warnings of contact, but for those of tension, of tilted and of few facets.
+"""Warnings of contact, but for those of tension, of tilted and of few facets, and of
+contact that is narrower than one.
 
 All are right to be told in scenes of few facets; their tests are test_tension.py,
-test_sharp_corners.py and test_few_facets.py.
+test_sharp_corners.py, test_few_facets.py and test_narrow_contact.py.
 """
 
 from __future__ import annotations
@@ -10,7 +11,14 @@ import warnings
 
 from raymortar import ContactWarning
 
-COARSE = "converged with tension|the facets of slave|.* carr(y|ies) the contact of"
+COARSE = "|".join(
+    (
+        "converged with tension",
+        "the facets of slave",
+        ".* carr(y|ies) the contact of",
+        "contact of .* is narrower than a facet",
+    )
+)
 
 
 def refuse_warnings():

@@ -11,7 +11,7 @@ namespace
 {
 /// Corrections of a field where points slip, at most, and the share of it below
 /// which they end
-constexpr int corrections = 20;
+constexpr int corrections = 60;
 constexpr double settled = 1e-13;
 
 template <int D>
