@@ -135,7 +135,7 @@ class ZoneData:
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
-    is_pulled: bool = False  # warned of, see `warn_of_tension`
+    is_pulled: bool = False  # warned of, see `diagnose.findings`
     depends_on_gamma: bool = False  # warned of, see `diagnose.few_facets`
     # Force on each slave facet at the last state that `diagnose.narrow` has seen
     carried: Array | None = None

@@ -68,6 +68,19 @@ def test_tension_is_told_once_with_pair_share_and_place(cell, multiplier):
         scene.solver.solve()
 
 
+@pytest.mark.parametrize("n, depends", [(4, True), (16, False)])
+def test_forces_are_said_to_be_right_where_no_few_facets_carry(n, depends):
+    scene, apply = indented("quadrilateral", n, 0.03, AugmentedLagrangian())
+    apply(1.0)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        scene.solver.solve()
+    tension, *few = (str(w.message) for w in caught)
+    assert ("Forces are right to the square" in tension) is not depends
+    assert any("depend on gamma" in one for one in few) is depends
+    assert tension.endswith("refine the slave there if tractions count")
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize(
     "method, friction, depth",
