@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import numpy as np
 
-from ..compat import Array
+from ..compat import Array, Indices
+from ..discretization.surfaces import bodies_of_facets
 from ..errors import format_point
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import ZoneData
@@ -14,16 +17,13 @@ from .narrow import forces_on_facets, undeformed_middles
 # Work of the law's residuals, over that of the bodies, from which on forces change with
 # gamma by some percent (docs/measured/few_facets)
 SHARE = 0.02
-# Largest number of facets that counts as few, by dimension: two contacts of 4 facets; in
-# space two of 4 by 4 quadrilaterals, or one of twice as many triangles
-FEW = {2: 8, 3: 32}
 
 
 class FewFacets:
     """Dependence of the forces on a slave surface on gamma, in one state. Collective.
 
-    Forces depend on it by the work of the law's residuals over that of the bodies
-    [theory (4.36)]. `points` are those of the surface, `gamma` its mean coefficient.
+    Forces depend on it by the work of the law's residuals over that of the bodies that
+    touch there [theory (4.36)]. `points` are those of the surface.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class FewFacets:
         Sum of the normal forces on all points of all ranks. Force.
     """
 
-    def __init__(self, zone: ZoneData, points: dict[str, Array], gamma: float) -> None:
+    def __init__(self, zone: ZoneData, points: dict[str, Array]) -> None:
         self._zone = zone
-        weight = points["weight"]
+        weight, gamma = points["weight"], points["gamma"]
         closed, is_open = points["status"] >= CLOSED, points["status"] == OPEN
         self._carried = forces_on_facets(zone, points)
         left = (points["traction"] ** 2).sum(axis=1) / gamma * is_open
@@ -50,10 +50,9 @@ class FewFacets:
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
-        dim, count = self._zone.facets.slave_surface.gdim, int(self._facets)
-        if count > FEW[dim] or self._left <= SHARE * self._pressed:
+        if self._left <= SHARE * self._pressed:
             return None
-        work = _work_of_bodies(problem)
+        work = _work_of_bodies(problem, self._zone)
         if not self._left > SHARE * work > 0.0:
             return None
         middles, most = undeformed_middles(self._zone), (0.0, "")
@@ -61,30 +60,65 @@ class FewFacets:
             k = int(np.argmax(self._carried))
             most = float(self._carried[k]), format_point(middles[k], middles)
         place = max(self._zone.comm.allgather(most))[1]
+        count = int(self._facets)
         carry = "1 facet carries" if count == 1 else f"{count} facets carry"
         return (
             f"{carry} the contact of {self._zone.facets.spoken}, most at the undeformed "
             f"{place}: gaps and tractions that the law leaves at points do "
             f"{self._left / work:.2g} of the work of the bodies, and so forces and "
             "tractions depend on gamma, by a few to many percent. Make facets there "
-            "smaller, until at least 4 lie across the contact. The law at nodes leaves "
-            "gamma out, but errs by more"
+            "smaller, until at least 4 lie across each place that carries. The law at "
+            "nodes leaves gamma out, but errs by more"
         )
 
 
-def _work_of_bodies(problem: CoupledProblem) -> float:
-    """Work of the bodies' inner forces on their displacements. Collective.
+def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
+    """Work of the inner forces of the bodies on both sides, on their displacements less
+    their mean rotations, as these do no work. Collective.
 
     Forces at rest are loads, which are left out. Where a function sets the coefficients of
     the forms, they are unknown: then all forces count by their amounts, which is more.
     """
     unknowns, volume = problem.contact.unknowns, problem.volume
-    u = unknowns.owned_values()[unknowns.u_owned]
+    surfaces = problem.contact.parts[0].surfaces
     forces = volume.forces(problem.bcs)[unknowns.u_owned]
+    V, bodies = surfaces.u.function_space, surfaces.bodies
+    d = V.dofmap.index_map_bs
+    u = unknowns.owned_values()[unknowns.u_owned].reshape(-1, d)
+    body = bodies.dofs[: len(u)]
+    if not surfaces.axisymmetric:
+        X = V.tabulate_dof_coordinates()[: len(u), :d]
+        u = _without_rotations(problem.comm, X, u, body, bodies.count)
     if volume.updated is not None:
-        return float(problem.comm.allreduce(np.abs(forces) @ np.abs(u)))
-    with unknowns.lent() as rest:
-        rest[unknowns.u_local] = 0.0
-        unknowns.set_values(rest)
-        loads = volume.forces(problem.bcs)[unknowns.u_owned]
-    return float(problem.comm.allreduce((forces - loads) @ u))
+        forces, u = np.abs(forces), np.abs(u)
+    else:
+        with unknowns.lent() as rest:
+            rest[unknowns.u_local] = 0.0
+            unknowns.set_values(rest)
+            forces = forces - volume.forces(problem.bcs)[unknowns.u_owned]
+    sides = zone.facets.slave_surface, zone.facets.master_surface
+    touch = np.zeros(bodies.count)
+    touch[np.concatenate([bodies_of_facets(bodies, side) for side in sides])] = 1.0
+    work = np.bincount(body, (forces.reshape(-1, d) * u).sum(axis=1), bodies.count)
+    touches, works = problem.comm.allreduce(np.array([touch, work]))
+    return float(works[touches > 0.0].sum())
+
+
+def _without_rotations(
+    comm: MPI.Comm, X: Array, u: Array, body: Indices, count: int
+) -> Array:
+    """Displacements of owned nodes at X less the motion of their body that fits best in
+    the mean, (n, d). Collective."""
+    ones, d = np.ones((len(X), 1)), X.shape[1]
+    places = np.concatenate([ones, X, X + u], axis=1)
+    sums = np.zeros((count, 1 + 2 * d))
+    np.add.at(sums, body, places)
+    sums = comm.allreduce(sums)
+    means = sums[:, 1:] / sums[:, :1]
+    before, now = np.split(places[:, 1:] - means[body], 2, axis=1)
+    moments = np.zeros((count, d, d))
+    np.add.at(moments, body, now[:, :, None] * before[:, None, :])
+    left, _, right = np.linalg.svd(comm.allreduce(moments))
+    left[:, :, -1] *= np.linalg.det(left @ right)[:, None]  # no reflection
+    turned = np.einsum("nij,nj->ni", (left @ right)[body], before)
+    return np.asarray(now - turned)

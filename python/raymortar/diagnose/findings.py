@@ -113,7 +113,7 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
                 continue
             few = None
             if at_points and not zone.depends_on_gamma:
-                few = FewFacets(zone, points, one.gamma_scale)
+                few = FewFacets(zone, points)
                 told = partial(few.told, problem)
                 yield Finding(("few", id(zone)), 0.0, "", told, few.force)
             if one.friction is None and not zone.is_pulled:
@@ -213,14 +213,14 @@ def _tension(
     zone.is_pulled = True
     depends = few is not None and few.told(problem) is not None
     depends = depends or zone.depends_on_gamma
-    forces = "" if depends else "Forces are right to the square of the facets' size; "
+    forces = "" if depends else ". Forces are right to the square of the facets' size"
     pairs = [str(pair) for pair in contact.pairs if pair.surface == number]
     yield Finding(
         ("tension", id(zone)),
         tension / pressure,
         f"converged with tension of {tension / pressure:.2g} of the largest pressure "
         f"between {', '.join(pairs)}, at the undeformed {place}: the multiplier swings "
-        f"about zero beside contact that few facets carry. {forces}",
+        f"about zero beside contact that few facets carry{forces}; ",
         partial(_against_tension, problem, contact, number),
     )
 
@@ -251,14 +251,18 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
 
     Slave facets inside a flat have the right normal, however the master stands on them.
     """
+    zones = [(part, zone) for part in contact.parts for zone in part.zones]
     found = [
         _tilt(zone, are_inside_flats(zone, part.surfaces.scalar))
-        for part in contact.parts
-        for zone in part.zones
+        for part, zone in zones
     ]
     least = SMALL_FORCE * max(force.max(initial=0.0) for force, _ in found)
-    for number, (zone, (force, angle)) in enumerate(zip(contact.zones, found)):
+    for number, ((part, zone), (force, angle)) in enumerate(zip(zones, found)):
         for k in np.flatnonzero((angle > TILT) & (force > least)):
+            size = mean_facet_size([zone])
+            of_facet = part.gamma_scale * size**zone.facets.slave_surface.gdim
+            if force[k] <= NO_PRESSURE * of_facet:
+                continue
             master = zone.facets.master_tags[k]
             is_tool = isinstance(master, Body)
             name = master.name if is_tool else zone.facets.spoken_masters[k]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from mpi4py import MPI
-
 import numpy as np
 from dolfinx.fem import FunctionSpace
 
@@ -37,7 +35,7 @@ def jump(
     force = forces_on_facets(zone, points)
     was = np.zeros(facets) if zone.carried is None else zone.carried
     zone.carried = force
-    alone = (force > 0.0) & _are_alone(zone, force > 0.0, W)
+    alone = (force > 0.0) & (_others(zone, force > 0.0, W) == 0.0)
     left = (was > 0.0) & (force == 0.0)
     numbers = [(force > 0.0).sum(), (was > 0.0).sum(), left.sum()]
     sums = [force.sum(), was.sum(), force[alone].sum(), *numbers]
@@ -46,27 +44,23 @@ def jump(
     moved = went > 0 and carrying <= carried <= TWO * carrying and now > KEPT * before
     if not (moved and on_alone > PART * now):
         return 0.0, ""
-    place, normal = _middles(zone, points, facets)
-    x, n = (_of_all(comm, values[left]) for values in (place, normal))
-    X, y, m = (
-        _of_all(comm, v[alone]) for v in (undeformed_middles(zone), place, normal)
-    )
-    nearest = [int(np.argmin(((x - one) ** 2).sum(axis=1))) for one in y]
-    cosine = np.einsum("fi,fi->f", m, n[nearest])
-    angle = np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    k = int(np.argmax(angle))
-    if angle[k] <= JUMP:
+    # Other contact on the same surface may have stayed where it was
+    came = alone & ((was == 0.0) | (_others(zone, left, W) > 0.0))
+    kinks, X = _kinks(zone, points, W)[came], undeformed_middles(zone)[came]
+    kinks, X = (np.concatenate(comm.allgather(one)) for one in (kinks, X))
+    if kinks.max(initial=0.0) <= JUMP:
         return 0.0, ""
+    k = int(np.argmax(kinks))
     choosing, other = "the steps", ""
     if by_gamma:
         choosing = "gamma and the steps"
         other = ". The law at nodes leaves gamma out of that, but jumps as much"
-    return float(angle[k]), (
+    return float(kinks[k]), (
         f"contact of {zone.facets.spoken} is narrower than a facet, and has moved to one, "
         f"at the undeformed {format_point(X[k], X)}, whose normal differs by "
-        f"{angle[k]:.2g} degrees: the force jumps by as much from facet to facet, and near "
+        f"{kinks[k]:.2g} degrees: the force jumps by as much from facet to facet, and near "
         f"a jump several results hold, of which {choosing} choose one. Make facets there "
-        f"{np.ceil(angle[k] / JUMP):.0f} times smaller{other}"
+        f"{np.ceil(kinks[k] / JUMP):.0f} times smaller{other}"
     )
 
 
@@ -81,35 +75,36 @@ def _sum(points: dict[str, Array], at: Mask, values: Array, facets: int) -> Arra
     return np.asarray(np.bincount(points["slave"][at], values[at], facets), dtype=float)
 
 
-def _are_alone(zone: ZoneData, carries: Mask, W: FunctionSpace) -> Mask:
-    """Tell on which facets no other facet that carries shares a node. Collective."""
-    table = zone.result_table
-    share = carries.astype(float)[:, None, None]
-    count = sums_at(W.dofmap.index_map, 1, (table, share))[:, 0]
-    return np.asarray((count[table] < 1.5).all(axis=1))
+def _others(zone: ZoneData, marked: Mask, W: FunctionSpace) -> Array:
+    """Count the marked facets that share most with each facet but itself, at a node.
+    Collective."""
+    table, mine = zone.result_table, marked.astype(float)
+    count = sums_at(W.dofmap.index_map, 1, (table, mine[:, None, None]))[:, 0]
+    return np.asarray((count[table] - mine[:, None]).max(axis=1))
 
 
-def _middles(
-    zone: ZoneData, points: dict[str, Array], facets: int
-) -> tuple[Array, Array]:
-    """Means over the points of each facet: deformed place and unit normal of the law,
-    (facets, d)."""
-    every, n = np.full(len(points["slave"]), True), points["contact_normal"]
-    count = np.maximum(_sum(points, every, np.ones(len(n)), facets), 1.0)
-    place, normal = (
-        np.stack([_sum(points, every, one, facets) for one in values.T], axis=1)
-        for values in (points["x"], n)
-    )
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    return place / count[:, None], normal / np.maximum(size, np.finfo(float).tiny)
+def _kinks(zone: ZoneData, points: dict[str, Array], W: FunctionSpace) -> Array:
+    """Angle between the normals of each slave facet and those beside it, the largest over
+    its nodes, less what both turn within. Degrees. Collective."""
+    table, n, of = zone.result_table, points["normal"], points["slave"].astype(int)
+    normal, within = np.zeros((len(table), n.shape[1])), np.ones(len(table))
+    np.add.at(normal, of, n)
+    normal = _units(normal)
+    np.minimum.at(within, of, np.einsum("qi,qi->q", n, normal[of]))
+    index_map = W.dofmap.index_map
+    mean = _units(sums_at(index_map, n.shape[1], (table, normal[:, None, :])))
+    cosine = np.einsum("fki,fi->fk", mean[table], normal)
+    half = np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0))
+    turning = np.arccos(np.clip(within, -1.0, 1.0))
+    return np.rad2deg(2.0 * np.maximum(half - turning, 0.0))
+
+
+def _units(vectors: Array) -> Array:
+    size = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.maximum(size, np.finfo(float).tiny))
 
 
 def undeformed_middles(zone: ZoneData) -> Array:
     """Undeformed middles of the slave facets, (facets, d)."""
     surface = zone.facets.slave_surface
     return np.asarray(surface.X[surface.facet_nodes].mean(axis=1))
-
-
-def _of_all(comm: MPI.Comm, rows: Array) -> Array:
-    """Rows of all ranks. Collective."""
-    return np.concatenate(comm.allgather(rows))

@@ -7,17 +7,22 @@ import warnings
 import numpy as np
 import pytest
 import slender
-from problems import COMM
+from dolfinx import fem
+from problems import COMM, fix, residual
 from rigid_scenes import E, press
 
+from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
+    Contact,
     ContactWarning,
     Coulomb,
     LoadSteps,
+    NonlinearProblem,
     Penalty,
     PointStatus,
     SNESSolver,
+    compat,
     rigid,
 )
 
@@ -139,3 +144,47 @@ def test_a_lone_solve_is_told():
             warnings.simplefilter("always", ContactWarning)
             SNESSolver(scene.problem).solve()
         assert len(few(caught)) == expected
+
+
+def test_other_bodies_do_not_count():
+    """A hard body that is hardly touched, beside a soft one with facets enough."""
+    cells = {"lower_divisions": (24, 24), "upper_divisions": (24, 24)}
+    scene = two_blocks(COMM, 2, "quadrilateral", gap=1.0, **cells)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    form, *_ = residual(scene, u, "neo-hookean", {"lower": 1.0, "upper": 1e5})
+    soft, hard = (rigid.Body(rigid.Circle((0.42, y), 0.3)) for y in (1.3, 3.3))
+    pairs = [(scene.tags["master"], soft), (scene.tags["top"], hard)]
+    contact = Contact(u, scene.facet_tags, pairs)
+    V = u.function_space
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "slave")]
+    problem = NonlinearProblem(form, contact, bcs)
+
+    def apply(t):
+        soft.move((0.0, -0.03 * t))
+        hard.move((0.0, -1e-6 * t))
+
+    assert told(problem, apply) == []
+
+
+@pytest.mark.parametrize("angle", [40.0, 180.0])
+def test_a_body_that_has_turned_is_told_alike(angle):
+    found = []
+    for degrees in (0.0, angle):
+        scene = two_blocks(COMM, 2, "quadrilateral", (6, 6), (2, 2), gap=1.0)
+        u = fem.Function(compat.vector_space(scene.mesh, 1))
+        form, *_ = residual(scene, u, "neo-hookean", 1.0)
+        c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
+        R = np.array([[c, -s], [s, c]])
+        body = rigid.Body(rigid.Circle(tuple(R @ (0.42, 1.3)), 0.3))
+        contact = Contact(u, scene.facet_tags, [(scene.tags["master"], body)])
+        V = u.function_space
+
+        def turned(x, R=R):
+            return x @ (R - np.eye(2)).T
+
+        bcs = [fix(V, scene, name, value=turned) for name in ("bottom", "slave", "top")]
+        u.interpolate(lambda x, R=R: (R - np.eye(2)) @ x[:2])
+        problem = NonlinearProblem(form, contact, bcs)
+        (text,) = told(problem, lambda t, R=R: body.move(-0.03 * t * R[:, 1]))
+        found.append(text[text.index("do 0.") :])
+    assert found[0] == found[1]

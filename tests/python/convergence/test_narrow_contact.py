@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import warnings
 
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
+from dolfinx import fem
 from materials import lame
-from slender import held_strip
+from slender import held, held_strip, problem_of
 from strips import strip, tag_where
 
 from raymortar import ContactWarning, LoadSteps, Penalty, SNESSolver, rigid
@@ -44,9 +47,14 @@ def passing(cells, lip, mu, overlap=0.2, **options):
         up, along = min(4.0 * t, 1.0), max(4.0 * t - 1.0, 0.0) / 3.0
         circle.move((-0.9 * along, overlap * up - 0.1 * along))
 
+    return narrow(problem, apply, 8)
+
+
+def narrow(problem, apply, steps):
+    """What a path tells of narrow contact."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ContactWarning)
-        LoadSteps(SNESSolver(problem), apply, 8, progress=False).run()
+        LoadSteps(SNESSolver(problem), apply, steps, progress=False).run()
     return [str(w.message) for w in caught if "narrower" in str(w.message)]
 
 
@@ -69,3 +77,37 @@ def test_so_is_a_penalty_without_a_law_at_nodes():
 @pytest.mark.mpi
 def test_facets_of_one_plane_are_not_told():
     assert passing((20, 3), 0.0, 0.3) == []
+
+
+def test_the_normal_of_the_law_does_not_matter():
+    assert len(passing((20, 3), 0.8, 0.0, frame="master")) == 1
+
+
+@pytest.mark.mpi
+def test_contact_that_stays_elsewhere_on_the_surface_is_not_told():
+    """A circle slides over the flat top of a block, another one rests below it."""
+    mesh = strip(16, 8, 2.0, 1.0)
+    tags = tag_where(
+        mesh,
+        lambda x: np.isclose(x[1], 0.0) | np.isclose(x[1], 1.0),
+        lambda x: np.isclose(x[0], 0.0) | np.isclose(x[0], 2.0),
+    )
+    above = rigid.Body(rigid.Circle((0.5625, 1.3), 0.3), name="above")
+    below = rigid.Body(rigid.Circle((1.0625, -0.3), 0.3), name="below")
+    pairs = [(1, above), (1, below)]
+    zero = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
+    problem = problem_of(
+        mesh,
+        tags,
+        lame(40.0, 0.3),
+        pairs,
+        lambda V: [held(V, mesh, tags, 2, zero)],
+        0.0,
+    )
+
+    def apply(t):
+        down, along = min(5.0 * t, 1.0), max(t - 0.2, 0.0)
+        above.move((0.875 * along, -0.01 * down))
+        below.move((0.0, 0.01 * down))
+
+    assert narrow(problem, apply, 12) == []
