@@ -10,9 +10,10 @@ namespace raymortar
 namespace
 {
 /// Corrections of a field where points slip, at most, and the share of it below
-/// which they end
-constexpr int corrections = 60;
-constexpr double settled = 1e-13;
+/// which they end. From some on only what converges is corrected further: where
+/// the bound cuts a field off at all points, it would grow and change nothing
+constexpr int corrections = 60, first_corrections = 20;
+constexpr double settled = 1e-13, converges = 0.7;
 
 template <int D>
 class Springs
@@ -30,7 +31,8 @@ public:
         _width(static_cast<std::size_t>(_shapes.nodes()) * D),
         _part(facets(), FacetMatrix::Zero(_shapes.nodes(), _shapes.nodes())),
         _load(facets(), Nodal::Zero(D, _shapes.nodes())), _known(facets()),
-        _slips(facets(), false), _field(facets() * _width, 0.0)
+        _slips(facets(), false), _change(facets(), 0.0),
+        _field(facets() * _width, 0.0)
   {
   }
 
@@ -40,7 +42,7 @@ public:
     for_closed_points([this](std::size_t q, std::size_t) { add_change(q); });
     for (std::size_t f = 0; f < facets(); ++f)
       start(f);
-    for (int k = 0; k < corrections and correct(); ++k)
+    for (int k = 0; k < corrections and correct(k < first_corrections); ++k)
       ;
     return std::move(_field);
   }
@@ -255,8 +257,9 @@ private:
   /// Add to the field what keeps the mean traction of this step at rest. The
   /// law cuts off the errors of a polynomial that lie outside the bound, and
   /// leaves those inside: without this, the mean would be too small
+  /// @param[in] all Whether fields that do not converge are corrected too
   /// @return Whether a facet is to be corrected further
-  [[nodiscard]] bool correct()
+  [[nodiscard]] bool correct(bool all)
   {
     for_closed_points(
         [this](std::size_t q, std::size_t f)
@@ -270,7 +273,10 @@ private:
       {
         const Nodal was = field(f);
         add_load(f);
-        _slips[f] = (field(f) - was).norm() > settled * field(f).norm();
+        const double change = (field(f) - was).norm();
+        _slips[f] = change > settled * field(f).norm() and
+                    (all or change < converges * _change[f]);
+        _change[f] = change;
         again = again or _slips[f];
       }
     return again;
@@ -303,7 +309,8 @@ private:
   std::vector<FacetMatrix> _part;  ///< mass of the closed points
   std::vector<Nodal> _load;        ///< integrals of the change
   std::vector<FacetMatrix> _known; ///< polynomials of the closed points
-  std::vector<bool> _slips; ///< facets with slip that are still corrected
+  std::vector<bool> _slips;    ///< facets with slip that are still corrected
+  std::vector<double> _change; ///< of each facet's field by its last correction
   std::vector<double> _field;
 };
 } // namespace
