@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import gathered
 import numpy as np
 import pytest
@@ -70,8 +72,10 @@ def closed_and_opened(steps):
             moved.value[:] = start + (t - k) * way
 
         path = LoadSteps(solver, apply, steps, path=(k, k + 1), history=history)
-        for _ in path:
-            pass
+        with warnings.catch_warnings():
+            # Where the halves have come apart, energies are rounding errors
+            warnings.filterwarnings("error", "a snap was passed")
+            path.run()
         start = np.array(corner)
         points = gathered.points(contact)
         closed = points["status"] >= 2

@@ -10,6 +10,7 @@ import numpy as np
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
 from ..interface.present import State
+from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
@@ -31,6 +32,8 @@ FREED = 0.1
 
 # Size of a step, over the energy that the bodies hold, below which all is rounding
 NOTHING = 1e-9
+# Strain that is rounding error
+NO_STRAIN = 1e-9
 # Force on a facet, of that at the step's end, up to which nothing has pressed it before
 UNPRESSED = 1e-6
 
@@ -49,7 +52,7 @@ class Balance:
     On a path of equilibria it is 0, which is then between both. `size` is the sum of the
     amounts of all energies, `ripple` the integral of |t_n g| at both ends, where
     multipliers leave gaps, and `held` the work that the forces at the step's end would do
-    on all displacements.
+    on all displacements. Energy up to `rounding` is none.
     """
 
     most: float
@@ -57,6 +60,7 @@ class Balance:
     size: float
     ripple: float
     held: float
+    rounding: float = 0.0
 
     @property
     def lacks_energy(self) -> bool:
@@ -70,7 +74,7 @@ class Balance:
     @property
     def released(self) -> float:
         """Energy that a snap has set free at least, 0 where there is none."""
-        clear = max(FREED * self.size, RIPPLE * self.ripple)
+        clear = max(FREED * self.size, RIPPLE * self.ripple, self.rounding)
         return self.least if self.least > clear else 0.0
 
 
@@ -144,7 +148,14 @@ def balance_of_step(
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
         ripple=first.ripple + last.ripple,
         held=problem.comm.allreduce(carried),
+        rounding=max(map(_rounding, contact.parts)),
     )
+
+
+def _rounding(part: Any) -> float:
+    """Energy of a facet of a contact under a strain that is rounding error. Collective."""
+    size, dim = mean_facet_size(part.zones), part.zones[0].facets.slave_surface.gdim
+    return float(part.gamma_scale * size ** (dim + 1) * NO_STRAIN**2)
 
 
 def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
