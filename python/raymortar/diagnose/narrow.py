@@ -14,6 +14,9 @@ from ..interface.zone_data import ZoneData
 # Angle between the normals of two facets from which forces jump by more than a few percent
 # (docs/measured/few_facets). Degrees
 JUMP = 6.0
+# The same where the law's normal does not turn, as it is that of a smooth tool; and angle
+# from which on facets meet at a corner of the body
+ON_SMOOTH, CORNER = 12.0, 60.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2
 # Contact that moves on was on at most two facets for one now, and keeps more than half of
@@ -46,8 +49,21 @@ def jump(
         return 0.0, ""
     # Other contact on the same surface may have stayed where it was
     came = alone & ((was == 0.0) | (_others(zone, left, W) > 0.0))
-    kinks, X = _kinks(zone, points, W)[came], undeformed_middles(zone)[came]
-    kinks, X = (np.concatenate(comm.allgather(one)) for one in (kinks, X))
+    place, of_law, own = (
+        _means(zone, points, name) for name in ("x", "contact_normal", "normal")
+    )
+    of_law, own = _units(of_law), _units(own)
+    seen = np.stack([place, of_law, own], axis=1)
+    kinks, X = _kinks(zone, points, own, W)[came], undeformed_middles(zone)[came]
+    before, now, kinks, X = (
+        np.concatenate(comm.allgather(one))
+        for one in (seen[left], seen[came], kinks, X)
+    )
+    # Contact may not have passed all corners of a facet. Masters that are flat or smooth
+    # have a normal that turns less than the facets': then the force jumps in size alone
+    kinks[kinks > CORNER] = 0.0
+    by_law, by_facets = np.minimum(kinks, _turned(before, now))
+    kinks = np.maximum(by_law, by_facets * (by_facets > ON_SMOOTH))
     if kinks.max(initial=0.0) <= JUMP:
         return 0.0, ""
     k = int(np.argmax(kinks))
@@ -83,20 +99,37 @@ def _others(zone: ZoneData, marked: Mask, W: FunctionSpace) -> Array:
     return np.asarray((count[table] - mine[:, None]).max(axis=1))
 
 
-def _kinks(zone: ZoneData, points: dict[str, Array], W: FunctionSpace) -> Array:
+def _means(zone: ZoneData, points: dict[str, Array], name: str) -> Array:
+    """Means over the points of each slave facet, (facets, d); 0 without points."""
+    of, facets = points["slave"].astype(int), len(zone.result_table)
+    sums = np.zeros((facets, points[name].shape[1]))
+    np.add.at(sums, of, points[name])
+    return sums / np.maximum(np.bincount(of, minlength=facets), 1)[:, None]
+
+
+def _kinks(
+    zone: ZoneData, points: dict[str, Array], normal: Array, W: FunctionSpace
+) -> Array:
     """Angle between the normals of each slave facet and those beside it, the largest over
     its nodes, less what both turn within. Degrees. Collective."""
-    table, n, of = zone.result_table, points["normal"], points["slave"].astype(int)
-    normal, within = np.zeros((len(table), n.shape[1])), np.ones(len(table))
-    np.add.at(normal, of, n)
-    normal = _units(normal)
-    np.minimum.at(within, of, np.einsum("qi,qi->q", n, normal[of]))
-    index_map = W.dofmap.index_map
-    mean = _units(sums_at(index_map, n.shape[1], (table, normal[:, None, :])))
+    table, of = zone.result_table, points["slave"].astype(int)
+    within = np.ones(len(table))
+    np.minimum.at(within, of, np.einsum("qi,qi->q", points["normal"], normal[of]))
+    index_map, d = W.dofmap.index_map, normal.shape[1]
+    mean = _units(sums_at(index_map, d, (table, normal[:, None, :])))
     cosine = np.einsum("fki,fi->fk", mean[table], normal)
     half = np.arccos(np.clip(cosine.min(axis=1), -1.0, 1.0))
     turning = np.arccos(np.clip(within, -1.0, 1.0))
     return np.rad2deg(2.0 * np.maximum(half - turning, 0.0))
+
+
+def _turned(before: Array, now: Array) -> Array:
+    """Angles of normals of facets now, (facets, 3, d) with their place, the law's normal and
+    their own, to those of the nearest facet before, (2, facets). Degrees."""
+    x, y = before[:, 0], now[:, 0]
+    nearest = [int(np.argmin(((x - one) ** 2).sum(axis=1))) for one in y]
+    cosines = np.einsum("fki,fki->kf", now[:, 1:], before[nearest, 1:])
+    return np.asarray(np.rad2deg(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
 def _units(vectors: Array) -> Array:
