@@ -17,6 +17,8 @@ from .narrow import forces_on_facets, undeformed_middles
 # Work of the law's residuals, over that of the bodies, from which on forces change with
 # gamma by some percent (docs/measured/few_facets)
 SHARE = 0.02
+# Pressure that is rounding error, of gamma times the size of a facet
+NO_PRESSURE = 1e-10
 
 
 class FewFacets:
@@ -40,9 +42,12 @@ class FewFacets:
         left += gamma * points["gap"] ** 2 * closed
         pressed = points["pressure"] ** 2 / gamma * closed
         mine = [self._carried.sum(), weight @ left, weight @ pressed]
-        mine.append(np.count_nonzero(self._carried))
-        found = zone.comm.allreduce(np.array(mine))
-        self.force, self._left, self._pressed, self._facets = map(float, found)
+        mine += [np.count_nonzero(self._carried), weight @ gamma, weight.sum()]
+        found = zone.comm.allreduce(np.array([*mine, len(self._carried)]))
+        self.force, self._left, self._pressed, self._facets = map(float, found[:4])
+        stiffness, area, facets = found[4:]
+        size = (area / max(facets, 1.0)) ** (1.0 / (points["x"].shape[1] - 1))
+        self._rounding = NO_PRESSURE * stiffness / max(facets, 1.0) * size
 
     def told(self, problem: CoupledProblem) -> str | None:
         """Word the warning; None where forces hardly depend on gamma. Collective.
@@ -50,7 +55,7 @@ class FewFacets:
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
-        if self._left <= SHARE * self._pressed:
+        if self.force <= self._rounding or self._left <= SHARE * self._pressed:
             return None
         work = _work_of_bodies(problem, self._zone)
         if not self._left > SHARE * work > 0.0:
@@ -74,7 +79,7 @@ class FewFacets:
 
 def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
     """Work of the inner forces of the bodies on both sides, on their displacements less
-    their mean rotations, as these do no work. Collective.
+    their mean motions, as these do no work. Collective.
 
     Forces at rest are loads, which are left out. Where a function sets the coefficients of
     the forms, they are unknown: then all forces count by their amounts, which is more.
@@ -86,9 +91,8 @@ def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
     d = V.dofmap.index_map_bs
     u = unknowns.owned_values()[unknowns.u_owned].reshape(-1, d)
     body = bodies.dofs[: len(u)]
-    if not surfaces.axisymmetric:
-        X = V.tabulate_dof_coordinates()[: len(u), :d]
-        u = _without_rotations(problem.comm, X, u, body, bodies.count)
+    X = V.tabulate_dof_coordinates()[: len(u), :d]
+    u = _at_rest(problem.comm, X, u, (body, bodies.count), surfaces.axisymmetric)
     if volume.updated is not None:
         forces, u = np.abs(forces), np.abs(u)
     else:
@@ -101,20 +105,26 @@ def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
     touch[np.concatenate([bodies_of_facets(bodies, side) for side in sides])] = 1.0
     work = np.bincount(body, (forces.reshape(-1, d) * u).sum(axis=1), bodies.count)
     touches, works = problem.comm.allreduce(np.array([touch, work]))
-    return float(works[touches > 0.0].sum())
+    # Parts of a body that have turned by themselves may do less than none
+    return abs(float(works[touches > 0.0].sum()))
 
 
-def _without_rotations(
-    comm: MPI.Comm, X: Array, u: Array, body: Indices, count: int
+def _at_rest(
+    comm: MPI.Comm, X: Array, u: Array, of: tuple[Indices, int], axisymmetric: bool
 ) -> Array:
-    """Displacements of owned nodes at X less the motion of their body that fits best in
-    the mean, (n, d). Collective."""
-    ones, d = np.ones((len(X), 1)), X.shape[1]
-    places = np.concatenate([ones, X, X + u], axis=1)
+    """Displacements of owned nodes at X less the rigid motion of their body that fits best
+    in the mean, (n, d). `of` is the body of each node, and their number. Collective.
+
+    A solid of revolution moves along its axis alone.
+    """
+    (body, count), d = of, X.shape[1]
+    places = np.concatenate([np.ones((len(X), 1)), X, X + u], axis=1)
     sums = np.zeros((count, 1 + 2 * d))
     np.add.at(sums, body, places)
     sums = comm.allreduce(sums)
     means = sums[:, 1:] / sums[:, :1]
+    if axisymmetric:
+        return u - (means[:, d:] - means[:, :d])[body] * np.array([0.0, 1.0])
     before, now = np.split(places[:, 1:] - means[body], 2, axis=1)
     moments = np.zeros((count, d, d))
     np.add.at(moments, body, now[:, :, None] * before[:, None, :])

@@ -22,7 +22,7 @@ from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from .failure import automatic_gamma, compared, corner_between
-from .few_facets import FewFacets
+from .few_facets import NO_PRESSURE, FewFacets
 from .inverted import inverted_cells
 from .narrow import jump
 
@@ -50,8 +50,6 @@ TENSION = 0.05
 # The other order of sides lessens it where the slave's nodes are closer than its master's
 # by this factor, and its modulus is more than this part of the master's
 FINER, NOT_SOFTER = 1.2, 0.7
-# Pressure that is rounding error, of gamma times the size of a facet
-NO_PRESSURE = 1e-10
 # Degrees by which a force may be turned without a word
 TILT = 2.0
 # Radians that a body may turn in a step without a word: 2.7 % of the slip around it

@@ -188,3 +188,22 @@ def test_a_body_that_has_turned_is_told_alike(angle):
         (text,) = told(problem, lambda t, R=R: body.move(-0.03 * t * R[:, 1]))
         found.append(text[text.index("do 0.") :])
     assert found[0] == found[1]
+
+
+def test_forces_that_are_rounding_errors_are_not_told():
+    """Blocks that touch are moved together, at an angle, and pressed afterwards."""
+    scene = two_blocks(COMM, 2, "quadrilateral", (4, 4), (3, 3), rotation=0.4)
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    form, *_ = residual(scene, u, "neo-hookean", 1.0)
+    tags = (scene.tags["slave"], scene.tags["master"])
+    contact, V = Contact(u, scene.facet_tags, [tags]), u.function_space
+    moves = [fem.Constant(scene.mesh, np.zeros(2)) for _ in range(2)]
+    bcs = [fix(V, scene, name, value=v) for name, v in zip(("bottom", "top"), moves)]
+    problem = NonlinearProblem(form, contact, bcs)
+
+    def apply(t):
+        for move in moves:
+            move.value[:] = 0.3 * t, 0.2 * t
+
+    assert told(problem, apply) == []
+    assert np.linalg.norm(contact.resultant().force) < 1e-12
