@@ -48,14 +48,15 @@ def held(V, mesh, tags, tag, value):
     return fem.dirichletbc(value, dofs, V)
 
 
-def held_strip(mesh, tags, moduli, circle, mu, **options):
-    """Problem of a strip whose tag 2 is held, and whose tag 1 meets a circle."""
+def held_strip(mesh, tags, moduli, circles, mu, **options):
+    """Problem of a strip whose tag 2 is held, and whose tag 1 meets rigid circles."""
     zero = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
 
     def conditions(V):
         return [held(V, mesh, tags, 2, zero)]
 
-    return problem_of(mesh, tags, moduli, [(1, circle)], conditions, mu, **options)
+    pairs = [(1, circle) for circle in circles]
+    return problem_of(mesh, tags, moduli, pairs, conditions, mu, **options)
 
 
 def bent(slenderness, mu=0.0, push=2.0, cells=(60, 2), steps=4, **options):
@@ -66,7 +67,7 @@ def bent(slenderness, mu=0.0, push=2.0, cells=(60, 2), steps=4, **options):
     sides += [lambda x: np.isclose(x[0], 0.0) | np.isclose(x[0], length)]
     tags = tag_where(mesh, *sides)
     circle = rigid.Body(rigid.Circle((0.5 * length, thick + 5.0), 5.0))
-    problem = held_strip(mesh, tags, lame(100.0, 0.3), circle, mu, **options)
+    problem = held_strip(mesh, tags, lame(100.0, 0.3), [circle], mu, **options)
     return Path(
         problem,
         lambda t: circle.move((0.0, -push * t)),

@@ -10,8 +10,9 @@ namespace raymortar
 namespace
 {
 /// Corrections of a field where points slip, at most, and the share of it below
-/// which they end. From some on only what converges is corrected further: where
-/// the bound cuts a field off at all points, it would grow and change nothing
+/// which they end. After the first ones a field is corrected only as long as
+/// that converges: where the bound cuts it off at all points, it grows, and the
+/// traction stays
 constexpr int corrections = 60, first_corrections = 20;
 constexpr double settled = 1e-13, converges = 0.7;
 

@@ -10,6 +10,7 @@ from ..compat import Array, Indices
 from ..discretization.surfaces import bodies_of_facets
 from ..errors import format_point
 from ..interface.point_results import CLOSED, OPEN
+from ..interface.stiffness import rounding_force
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from .narrow import forces_on_facets, undeformed_middles
@@ -17,8 +18,6 @@ from .narrow import forces_on_facets, undeformed_middles
 # Work of the law's residuals, over that of the bodies, from which on forces change with
 # gamma by some percent (docs/measured/few_facets)
 SHARE = 0.02
-# Pressure that is rounding error, of gamma times the size of a facet
-NO_PRESSURE = 1e-10
 
 
 class FewFacets:
@@ -43,11 +42,9 @@ class FewFacets:
         pressed = points["pressure"] ** 2 / gamma * closed
         mine = [self._carried.sum(), weight @ left, weight @ pressed]
         mine += [np.count_nonzero(self._carried), weight @ gamma, weight.sum()]
-        found = zone.comm.allreduce(np.array([*mine, len(self._carried)]))
-        self.force, self._left, self._pressed, self._facets = map(float, found[:4])
-        stiffness, area, facets = found[4:]
-        size = (area / max(facets, 1.0)) ** (1.0 / (points["x"].shape[1] - 1))
-        self._rounding = NO_PRESSURE * stiffness / max(facets, 1.0) * size
+        *found, stiffness, area = map(float, zone.comm.allreduce(np.array(mine)))
+        self.force, self._left, self._pressed, self._facets = found
+        self._gamma = stiffness / area if area > 0.0 else 0.0
 
     def told(self, problem: CoupledProblem) -> str | None:
         """Word the warning; None where forces hardly depend on gamma. Collective.
@@ -55,7 +52,9 @@ class FewFacets:
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
-        if self.force <= self._rounding or self._left <= SHARE * self._pressed:
+        if self._left <= SHARE * self._pressed:
+            return None
+        if self.force <= rounding_force(self._zone, self._gamma):
             return None
         work = _work_of_bodies(problem, self._zone)
         if not self._left > SHARE * work > 0.0:

@@ -16,13 +16,18 @@ from ..interactions import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, PointStatus
 from ..interface.slave_nodes import are_inside_flats, distance_ratio
-from ..interface.stiffness import mean_facet_size, stiffness_ratios
+from ..interface.stiffness import (
+    NO_PRESSURE,
+    mean_facet_size,
+    rounding_force,
+    stiffness_ratios,
+)
 from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from .failure import automatic_gamma, compared, corner_between
-from .few_facets import NO_PRESSURE, FewFacets
+from .few_facets import FewFacets
 from .inverted import inverted_cells
 from .narrow import jump
 
@@ -257,9 +262,7 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
     least = SMALL_FORCE * max(force.max(initial=0.0) for force, _ in found)
     for number, ((part, zone), (force, angle)) in enumerate(zip(zones, found)):
         for k in np.flatnonzero((angle > TILT) & (force > least)):
-            size = mean_facet_size([zone])
-            of_facet = part.gamma_scale * size**zone.facets.slave_surface.gdim
-            if force[k] <= NO_PRESSURE * of_facet:
+            if force[k] <= rounding_force(zone, part.gamma_scale):
                 continue
             master = zone.facets.master_tags[k]
             is_tool = isinstance(master, Body)

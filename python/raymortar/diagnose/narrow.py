@@ -14,8 +14,8 @@ from ..interface.zone_data import ZoneData
 # Angle between the normals of two facets from which forces jump by more than a few percent
 # (docs/measured/few_facets). Degrees
 JUMP = 6.0
-# The same where the law's normal does not turn, as it is that of a smooth tool; and angle
-# from which on facets meet at a corner of the body
+# Angle from which on the size of forces jumps, where the law has the normal of a smooth
+# tool. From the other one on, facets meet at a corner of the body
 ON_SMOOTH, CORNER = 12.0, 60.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2

@@ -30,6 +30,9 @@ from .probing import VolumePattern, deviators, stiffness_without_bulk
 from .surface_compliance import SurfaceCompliance
 from .zone_data import ZoneData
 
+# Pressure that is rounding error, of gamma times the size of a facet
+NO_PRESSURE = 1e-10
+
 
 def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
     """Find owned nodes on surfaces, whoever owns the facets. Collective."""
@@ -206,6 +209,12 @@ def mean_facet_size(zones: Sequence[ZoneData]) -> float:
     sizes = np.concatenate([surface_sizes(side) for side in sides])
     area, facets = zones[0].comm.allreduce(np.array([sizes.sum(), len(sizes)]))
     return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
+
+
+def rounding_force(zone: ZoneData, gamma: float) -> float:
+    """Force on a slave facet of mean size that is rounding error. Collective."""
+    size = mean_facet_size([zone])
+    return float(NO_PRESSURE * gamma * size**zone.facets.slave_surface.gdim)
 
 
 def shear_moduli(

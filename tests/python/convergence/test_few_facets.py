@@ -146,18 +146,22 @@ def test_a_lone_solve_is_told():
         assert len(few(caught)) == expected
 
 
+def on_blocks(scene, pairs, held, E=1.0):
+    """Problem of blocks, of which sides are held by values, by name."""
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    form, *_ = residual(scene, u, "neo-hookean", E)
+    contact, V = Contact(u, scene.facet_tags, pairs), u.function_space
+    bcs = [fix(V, scene, name, value=value) for name, value in held.items()]
+    return NonlinearProblem(form, contact, bcs)
+
+
 def test_other_bodies_do_not_count():
     """A hard body that is hardly touched, beside a soft one with facets enough."""
-    cells = {"lower_divisions": (24, 24), "upper_divisions": (24, 24)}
-    scene = two_blocks(COMM, 2, "quadrilateral", gap=1.0, **cells)
-    u = fem.Function(compat.vector_space(scene.mesh, 1))
-    form, *_ = residual(scene, u, "neo-hookean", {"lower": 1.0, "upper": 1e5})
+    scene = two_blocks(COMM, 2, "quadrilateral", (24, 24), (24, 24), gap=1.0)
     soft, hard = (rigid.Body(rigid.Circle((0.42, y), 0.3)) for y in (1.3, 3.3))
     pairs = [(scene.tags["master"], soft), (scene.tags["top"], hard)]
-    contact = Contact(u, scene.facet_tags, pairs)
-    V = u.function_space
-    bcs = [fix(V, scene, "bottom"), fix(V, scene, "slave")]
-    problem = NonlinearProblem(form, contact, bcs)
+    E = {"lower": 1.0, "upper": 1e5}
+    problem = on_blocks(scene, pairs, {"bottom": 0.0, "slave": 0.0}, E)
 
     def apply(t):
         soft.move((0.0, -0.03 * t))
@@ -171,39 +175,30 @@ def test_a_body_that_has_turned_is_told_alike(angle):
     found = []
     for degrees in (0.0, angle):
         scene = two_blocks(COMM, 2, "quadrilateral", (6, 6), (2, 2), gap=1.0)
-        u = fem.Function(compat.vector_space(scene.mesh, 1))
-        form, *_ = residual(scene, u, "neo-hookean", 1.0)
         c, s = np.cos(np.deg2rad(degrees)), np.sin(np.deg2rad(degrees))
         R = np.array([[c, -s], [s, c]])
         body = rigid.Body(rigid.Circle(tuple(R @ (0.42, 1.3)), 0.3))
-        contact = Contact(u, scene.facet_tags, [(scene.tags["master"], body)])
-        V = u.function_space
 
         def turned(x, R=R):
             return x @ (R - np.eye(2)).T
 
-        bcs = [fix(V, scene, name, value=turned) for name in ("bottom", "slave", "top")]
-        u.interpolate(lambda x, R=R: (R - np.eye(2)) @ x[:2])
-        problem = NonlinearProblem(form, contact, bcs)
+        held = dict.fromkeys(("bottom", "slave", "top"), turned)
+        problem = on_blocks(scene, [(scene.tags["master"], body)], held)
+        problem.u.interpolate(lambda x, R=R: (R - np.eye(2)) @ x[:2])
         (text,) = told(problem, lambda t, R=R: body.move(-0.03 * t * R[:, 1]))
         found.append(text[text.index("do 0.") :])
     assert found[0] == found[1]
 
 
 def test_forces_that_are_rounding_errors_are_not_told():
-    """Blocks that touch are moved together, at an angle, and pressed afterwards."""
+    """Blocks that touch, at an angle, are moved together."""
     scene = two_blocks(COMM, 2, "quadrilateral", (4, 4), (3, 3), rotation=0.4)
-    u = fem.Function(compat.vector_space(scene.mesh, 1))
-    form, *_ = residual(scene, u, "neo-hookean", 1.0)
-    tags = (scene.tags["slave"], scene.tags["master"])
-    contact, V = Contact(u, scene.facet_tags, [tags]), u.function_space
-    moves = [fem.Constant(scene.mesh, np.zeros(2)) for _ in range(2)]
-    bcs = [fix(V, scene, name, value=v) for name, v in zip(("bottom", "top"), moves)]
-    problem = NonlinearProblem(form, contact, bcs)
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    move = fem.Constant(scene.mesh, np.zeros(2))
+    problem = on_blocks(scene, pairs, {"bottom": move, "top": move})
 
     def apply(t):
-        for move in moves:
-            move.value[:] = 0.3 * t, 0.2 * t
+        move.value[:] = 0.3 * t, 0.2 * t
 
     assert told(problem, apply) == []
-    assert np.linalg.norm(contact.resultant().force) < 1e-12
+    assert np.linalg.norm(problem.contact.resultant().force) < 1e-12

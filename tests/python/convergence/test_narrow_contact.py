@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import warnings
 
-from petsc4py import PETSc
-
 import numpy as np
 import pytest
-from dolfinx import fem
 from materials import lame
-from slender import held, held_strip, problem_of
+from slender import held_strip
 from strips import strip, tag_where
 
 from raymortar import ContactWarning, LoadSteps, Penalty, SNESSolver, rigid
@@ -40,7 +37,7 @@ def passing(cells, lip, mu, overlap=0.2, **options):
     start = TIP + 1.0
     centre = start, lowest(start, lip) - 1.0
     circle = rigid.Body(rigid.Circle(centre, 1.0), name="nub")
-    problem = held_strip(mesh, tags, lame(2500.0, 0.35), circle, mu, **options)
+    problem = held_strip(mesh, tags, lame(2500.0, 0.35), [circle], mu, **options)
 
     def apply(t):
         """Up first, then along."""
@@ -94,16 +91,7 @@ def test_contact_that_stays_elsewhere_on_the_surface_is_not_told():
     )
     above = rigid.Body(rigid.Circle((0.5625, 1.3), 0.3), name="above")
     below = rigid.Body(rigid.Circle((1.0625, -0.3), 0.3), name="below")
-    pairs = [(1, above), (1, below)]
-    zero = fem.Constant(mesh, np.zeros(2, PETSc.ScalarType))
-    problem = problem_of(
-        mesh,
-        tags,
-        lame(40.0, 0.3),
-        pairs,
-        lambda V: [held(V, mesh, tags, 2, zero)],
-        0.0,
-    )
+    problem = held_strip(mesh, tags, lame(40.0, 0.3), [above, below], 0.0)
 
     def apply(t):
         down, along = min(5.0 * t, 1.0), max(t - 0.2, 0.0)

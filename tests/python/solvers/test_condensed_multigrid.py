@@ -21,8 +21,8 @@ EXACT = {
     "displacement_pc_type": "lu",
     "displacement_pc_factor_mat_solver_type": "mumps",
 }
-# Times the iterations of the bodies alone; where a rim cuts facets that bodies of
-# degree 2 have, 96 scenes took up to 2.1 [theory, below (4.33)]
+# Times the iterations of the bodies alone. Beside a rim that cuts facets 96 scenes took
+# up to 2.1 [theory, below (4.33)]
 MOST, MOST_AT_CUTS = 1.3, 1.6
 
 
@@ -74,7 +74,7 @@ def test_contact_takes_the_iterations_of_its_bodies(cell, degree, mu, overhang, 
     blocks.load.value[-1], blocks.load.value[0] = -0.04, 0.0 if mu is None else 0.02
     problem = blocks.condensed()
     A = tangent(problem)
-    most = MOST_AT_CUTS if overhang else MOST
+    most = MOST_AT_CUTS if overhang and n == 4 else MOST
     assert iterations(A, OPTIONS) <= most * of_bodies(problem)
     assert blocks.contact.resultant().force[-1] > 0.01
 
