@@ -110,11 +110,23 @@ protected:
   void add_slide(const Vec<D>& f, const TaylorRows<T, D>& eta,
                  const Shapes& at);
 
-  /// Add w times the multiplier's equation, for its derivative over the first
-  /// `count` unknowns, of which those of the multiplier are set here
+  /// Set the columns of one of the multiplier's nodes in some rows, per unit of
+  /// the multiplier at the point
   template <int M>
-  void add_condition_rows(double w, const Mat<M, M>& C_lam,
-                          UnknownRows<M, D>& rows, int count, const Shapes& at);
+  static void set_multiplier_columns(int node, const Mat<M, M>& by_lam,
+                                     UnknownRows<M, D>& rows, const Shapes& at)
+  {
+    for (int i = 0; i < M; ++i)
+      for (int j = 0; j < M; ++j)
+        rows[place(i)][place(at.side() + node * M + j)] =
+            at.multiplier_value(node) * by_lam(i, j);
+  }
+
+  /// Add w times the multiplier's equation, for its derivative over the first
+  /// `count` unknowns
+  template <int M>
+  void add_condition_rows(double w, const UnknownRows<M, D>& rows, int count,
+                          const Shapes& at);
 
   /// Add w times, to rows of a side's displacement along its normal n: how
   /// what multiplies the gradients of shape functions varies

@@ -73,8 +73,9 @@ public:
       add_area<M>(e, p, by.dual, p.response.C, dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, target_part(p), rows);
-      this->template add_condition_rows<M>(p.weight / p.gamma, p.response.C_lam,
-                                           rows, at.size(), at);
+      set_condition_columns(e, p, rows, at);
+      this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.size(),
+                                           at);
     }
   }
 
@@ -89,8 +90,11 @@ public:
                   Law::template without_hit<D>(p.lam), dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, TargetPart::none, rows);
-      this->template add_condition_rows<M>(
-          p.weight / p.gamma, -Mat<M, M>::Identity(), rows, at.alone(), at);
+      const Mat<M, M> by_lam = -Mat<M, M>::Identity();
+      for (int k = 0; k < at.multipliers; ++k)
+        this->template set_multiplier_columns<M>(k, by_lam, rows, at);
+      this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.alone(),
+                                           at);
     }
   }
 
@@ -136,6 +140,21 @@ protected:
   }
 
 private:
+  /// Set the columns of the multiplier; of its unfelt part friction takes
+  /// nothing
+  void set_condition_columns(const Data& e, const Hit<true>& p,
+                             UnknownRows<M, D>& rows, const Shapes& at)
+  {
+    for (int k = 0; k < at.multipliers; ++k)
+    {
+      Mat<M, M> by_lam = p.response.C_lam;
+      if constexpr (is_frictional<Law>)
+        if (e.history.has_kept)
+          by_lam -= p.response.C_spring * e.unfelt[static_cast<std::size_t>(k)];
+      this->template set_multiplier_columns<M>(k, by_lam, rows, at);
+    }
+  }
+
   /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn
   void add_traction_tangent(const Data& e, const Hit<true>& p,
                             const HitTangent& by, const Columns& columns,

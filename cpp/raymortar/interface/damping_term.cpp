@@ -25,6 +25,15 @@ std::vector<T> rows_of(const std::vector<T>& table, std::size_t width,
   return part;
 }
 
+/// Put rows of some facets into a table of all
+void put_rows(const std::vector<std::int8_t>& rows, std::size_t width,
+              const std::vector<Index>& facets, std::vector<std::int8_t>& table)
+{
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    table[static_cast<std::size_t>(facets[k / width]) * width + k % width] =
+        rows[k];
+}
+
 /// Some facets of a surface, with all its nodes and dofs, where it was
 Surface part_where_it_was(const Surface& s, const std::vector<Index>& facets)
 {
@@ -123,10 +132,16 @@ void DampingTerm::begin_step(const StepStart& start)
 {
   const auto facets = facets_with_held_nodes(start.state, start.fixed_slave);
   const HeldFacets near = look(start, facets, {});
-  const HeldFacets far = look(start, unknown(facets, near.known), start.extent);
+  const auto others = unknown(facets, near.known);
+  const HeldFacets far = look(start, others, start.extent);
   _facets = _crossing;
   for (const HeldFacets* held : {&near, &far})
     _facets.insert(_facets.end(), held->facets.begin(), held->facets.end());
+  const auto d = static_cast<std::size_t>(start.state.slave.gdim);
+  _unfelt.assign(static_cast<std::size_t>(start.state.slave.num_facets()) * d,
+                 0);
+  put_rows(near.unfelt, d, facets, _unfelt);
+  put_rows(far.unfelt, d, others, _unfelt);
 }
 
 Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const

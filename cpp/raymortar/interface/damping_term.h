@@ -36,9 +36,17 @@ public:
     return _facets;
   }
 
+  /// @brief Nonzero where neither a slave facet nor what it faces at the start
+  /// of the step is free to move in a component, (facets, gdim).
+  [[nodiscard]] const std::vector<std::int8_t>& unfelt() const
+  {
+    return _unfelt;
+  }
+
 private:
   double _modulus = 1.0;
   std::vector<FacetBlock> _crossing; ///< at cross points, of modulus 1
   std::vector<FacetBlock> _facets;   ///< all of them, of modulus 1
+  std::vector<std::int8_t> _unfelt;
 };
 } // namespace raymortar

@@ -5,12 +5,16 @@
 #include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
+#include "raymortar/rigid/freedom.h"
 #include <algorithm>
 
 namespace raymortar
 {
 namespace
 {
+/// Share of a facet that is rounding error
+constexpr double unmet = 1e-9;
+
 /// Integral of (v_a - Pi v_a)(v_b - Pi v_b) on a facet of area 1, Pi the
 /// projection on polynomials of one degree less
 template <class F>
@@ -51,6 +55,15 @@ struct Candidate
   bool has_met = false;
   Vec<F::gdim> opposite_held = Vec<F::gdim>::Zero();
   Vec<F::gdim> all = Vec<F::gdim>::Zero();
+  /// Area that has met any free node, by component, and all that has met
+  Vec<F::gdim> felt = Vec<F::gdim>::Zero();
+  double met = 0.0;
+
+  /// Whether neither this facet nor what lies opposite is free
+  [[nodiscard]] bool is_unfelt(int i) const
+  {
+    return held.row(i).sum() == F::dofs and felt[i] <= unmet * met;
+  }
 
   /// Share of what lies opposite that is held, in [0, 1]; 0 for components that
   /// are not held here [theory (5.6)]
@@ -113,6 +126,36 @@ Vec<D> held_opposite(const Surface& master, Index facet, const Vec<2>& eta,
   return held;
 }
 
+/// By component, 1 where a master facet is free
+template <int D>
+Vec<D> free_opposite(const Surface& master, Index facet,
+                     std::span<const double> fixed)
+{
+  Vec<D> free = Vec<D>::Zero();
+  Eigen::Index k = 0;
+  for_facet_dofs(master, facet,
+                 [&](std::size_t dof)
+                 {
+                   if (fixed[dof] == 0.0)
+                     free[k % D] = 1.0;
+                   ++k;
+                 });
+  return free;
+}
+
+/// By component, 1 where a tool is free
+template <int D>
+Vec<D> free_motion(const PlacedTool& tool)
+{
+  Vec<D> free = Vec<D>::Zero();
+  if (const Freedom* const freedom = freedom_of(tool))
+    for (const Freedom::Rate& rate : freedom->rates)
+      for (int i = 0; i < D; ++i)
+        if (rate.drift[i] != 0.0 or not rate.spin.row(i).isZero(0.0))
+          free[i] = 1.0;
+  return free;
+}
+
 template <class F>
 void look_opposite(const ContactState& s, std::span<const double> fixed_master,
                    std::vector<Candidate<F>>& found)
@@ -133,6 +176,13 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
         s.has_tools() ? Vec<F::gdim>::Ones().eval()
                       : held_opposite<F::gdim>(s.master, s.hits.master[q],
                                                s.hits.eta[q], fixed_master);
+    const auto met = static_cast<std::size_t>(s.hits.master[q]);
+    one->felt +=
+        s.points.area[q] *
+        (s.has_tools() ? free_motion<F::gdim>(s.tools[met])
+                       : free_opposite<F::gdim>(s.master, s.hits.master[q],
+                                                fixed_master));
+    one->met += s.points.area[q];
     one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);
@@ -200,7 +250,7 @@ std::vector<Index> facets_with_held_nodes(const ContactState& s,
                                           std::span<const double> fixed_slave)
 {
   std::vector<Index> facets;
-  if (not may_be_damped(s))
+  if (s.multipliers.components == 0)
     return facets;
   const auto add = [&]<class F>(F)
   {
@@ -217,23 +267,27 @@ void find_held_facets(const ContactState& s,
                       std::span<const double> fixed_master, double modulus,
                       HeldFacets& held)
 {
-  if (not may_be_damped(s))
+  if (s.multipliers.components == 0)
     return;
-  held.known.resize(s.slave.num_facets(), 0);
+  const auto facets = static_cast<std::size_t>(s.slave.num_facets());
+  const auto d = static_cast<std::size_t>(s.slave.gdim);
+  held.known.resize(facets, 0);
+  held.unfelt.resize(facets * d, 0);
   const auto add = [&]<class F>(F)
   {
-    if constexpr (F::degree == 1 or F::tdim == 1)
+    auto found = candidates<F>(s.slave, fixed_slave, held.known);
+    if (found.empty())
+      return;
+    look_opposite<F>(s, fixed_master, found);
+    for (const Candidate<F>& one : found)
     {
-      auto found = candidates<F>(s.slave, fixed_slave, held.known);
-      if (found.empty())
-        return;
-      look_opposite<F>(s, fixed_master, found);
-      for (const Candidate<F>& one : found)
-      {
-        held.known[one.slave] = one.has_met;
-        if (not one.share().isZero(0.0))
+      held.known[one.slave] = one.has_met;
+      for (int i = 0; i < F::gdim; ++i)
+        held.unfelt[static_cast<std::size_t>(one.slave) * d +
+                    static_cast<std::size_t>(i)] = one.is_unfelt(i);
+      if constexpr (F::degree == 1 or F::tdim == 1)
+        if (may_be_damped(s) and not one.share().isZero(0.0))
           held.facets.push_back(damping<F>(s, modulus, one));
-      }
     }
   };
   with_facet_type(s.slave, add);
