@@ -69,7 +69,7 @@ class CondensedProblem:
     ``contact.advance()``.
 
     If conditions prescribe a slave node, its multiplier extends those of the slave
-    nodes next to it. Rows of the law have the unit of a force.
+    nodes next to it, or follows from the law where the master is prescribed too. Rows of the law have the unit of a force.
 
     Raises
     ------
@@ -135,6 +135,9 @@ class CondensedProblem:
         else:
             rows = self._condensation.residual(found)
         b.array[: self._n] = rows
+        change = self._condensation.changes_of_kept(found)
+        if self.comm.allreduce(bool(change.any()), op=MPI.LOR):
+            self._set(slice(self._n, None), self._x.array_r[self._n :] + change)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Tangent at x into A, whatever pattern it has had. Collective."""

@@ -76,7 +76,11 @@ public:
       add_area<M>(e, p, by.dual, p.response.C, dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, target_part(p), rows);
-      set_condition_columns(e, p, rows, at);
+      this->template set_multiplier_columns<M>(p.response.C_lam, rows, at);
+      if constexpr (is_frictional<Law>)
+        if (e.history.has_kept)
+          this->template leave_out_unfelt<M>(p.response.C_spring, e.unfelt,
+                                             rows, at);
       this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.size(),
                                            at);
     }
@@ -93,9 +97,8 @@ public:
                   Law::template without_hit<D>(p.lam), dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, TargetPart::none, rows);
-      const Mat<M, M> by_lam = -Mat<M, M>::Identity();
-      for (int k = 0; k < at.multipliers; ++k)
-        this->template set_multiplier_columns<M>(k, by_lam, rows, at);
+      this->template set_multiplier_columns<M>(-Mat<M, M>::Identity(), rows,
+                                               at);
       this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.alone(),
                                            at);
     }
@@ -143,21 +146,6 @@ protected:
   }
 
 private:
-  /// Set the columns of the multiplier; of its unfelt part friction takes
-  /// nothing
-  void set_condition_columns(const Data& e, const Hit<true>& p,
-                             UnknownRows<M, D>& rows, const Shapes& at)
-  {
-    for (int k = 0; k < at.multipliers; ++k)
-    {
-      Mat<M, M> by_lam = p.response.C_lam;
-      if constexpr (is_frictional<Law>)
-        if (e.history.has_kept)
-          by_lam -= p.response.C_spring * e.unfelt[static_cast<std::size_t>(k)];
-      this->template set_multiplier_columns<M>(k, by_lam, rows, at);
-    }
-  }
-
   /// Derivative of t in - t . (v_s + g dn - v_m), and of g dn
   void add_traction_tangent(const Data& e, const Hit<true>& p,
                             const HitTangent& by, const Columns& columns,
@@ -269,8 +257,7 @@ private:
                         -p.g * (by.dual.transpose() * t), by.dual, at);
   }
 
-  /// Derivative of p g n . d(nu), by which the pressure p acts on the target at
-  /// the foot  [theory (4.22)]
+  /// Derivative of p g n . d(nu), of the pressure p at the foot [theory (4.22)]
   /// @param[in] dp That of p, at fixed area
   void add_foot_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
                         const Columns& columns, const TaylorRows<1, D>& dp,

@@ -44,7 +44,7 @@ struct Multipliers
   double scale = 1.0;           ///< traction per unit of the solver's unknown
   /// Parts that no equilibrium determines, by which friction carries on from
   /// the accepted step: matrices, (nodes, gdim, gdim); empty: none
-  /// [theory (5.18)]
+  /// [theory (5.22)]
   std::vector<double> unfelt;
   std::vector<double> accepted; ///< nodal traction, (nodes, gdim), with these
 

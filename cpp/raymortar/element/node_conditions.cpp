@@ -77,7 +77,7 @@ struct NodeState : FrictionState<D, M>
 
 private:
   /// Where no equilibrium tells the multiplier, friction carries on from the
-  /// accepted one  [theory (5.18)]
+  /// accepted one  [theory (5.22)]
   void set_unfelt(const ContactState& s, Index node)
   {
     using Rows = Eigen::Matrix<double, D, D, Eigen::RowMajor>;

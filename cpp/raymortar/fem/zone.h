@@ -144,7 +144,7 @@ public:
   void set_multiplier(std::span<const double> values);
 
   /// @brief Set the parts of nodal tractions that no equilibrium determines in
-  /// this step, and the accepted tractions  [theory (5.18)].
+  /// this step, and the accepted tractions  [theory (5.22)].
   /// @param[in] parts Matrices, (multiplier nodes, gdim, gdim); empty: none
   /// @param[in] accepted (multiplier nodes, gdim)
   void set_unfelt(std::span<const double> parts,

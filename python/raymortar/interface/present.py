@@ -29,6 +29,7 @@ from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
+from .unfelt import UnfeltParts
 from .zone_data import on_sides, opposite_points
 
 
@@ -59,6 +60,7 @@ class ContactState:
     corrections: Sequence[Array] = ()
     # Numbers of slave surfaces whose sides are exchanged, see `ContactSurfaces`
     exchanged: Sequence[int] = ()
+    multiplier_old: Array | None = None  # of the accepted step; None: the present one
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -153,8 +155,8 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
-    has_friction
-        Whether the contact has friction.
+    has_friction, unfelt
+        Whether the contact has friction, and parts of the multiplier that nothing feels.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -189,6 +191,7 @@ class PresentState:
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(self._zones, surfaces.scalar)
         self.u_old = self._u.x.array.copy()
+        self.unfelt = UnfeltParts(surfaces)
         self._is_sent = False
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
@@ -223,9 +226,8 @@ class PresentState:
     def has_history(self) -> bool:
         """Whether steps have been accepted, or this rank has values of a restored state."""
         values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
-        springs = (zone.traction_old for zone in self._zones)
-        restored = any(map(np.any, values)) or any(t is not None for t in springs)
-        return self.steps > 0 or restored
+        springs = any(zone.traction_old is not None for zone in self._zones)
+        return self.steps > 0 or springs or any(map(np.any, values))
 
     # Updates
 
@@ -253,6 +255,7 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+        self.unfelt.send(self.u_old)
         self._is_sent = True
 
     def end_update(self, is_accepted: bool) -> None:
@@ -286,6 +289,7 @@ class PresentState:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
         self.u_old[:] = self._u.x.array
+        self.unfelt.accept()
         self.steps += 1
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
@@ -352,6 +356,7 @@ class PresentState:
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
             [one.array.copy() for one in self.corrections],
             tuple(self._surfaces.exchanged),
+            self.unfelt.accepted.copy(),
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -372,6 +377,7 @@ class PresentState:
         self.u_old[:] = state.u_old
         if self._multiplier is not None:
             self._multiplier.x.array[:] = state.multiplier
+        self.unfelt.accept(state.multiplier_old)
         if self._slip is not None:
             self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
         if self._augmentation is not None and state.augmentation is not None:

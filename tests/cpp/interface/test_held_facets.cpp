@@ -175,6 +175,46 @@ TYPED_TEST(HeldFacetsTest, WhatIsHeldOnBothSidesIsDampedInFull)
     EXPECT_EQ(known, 1);
 }
 
+TYPED_TEST(HeldFacetsTest, ComponentsAreUnfeltWhereBothSidesHoldThem)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const Held<F> first = [](const Vec<D>&) { return Vec<D>::Unit(0); };
+  const auto expect_unfelt =
+      [&](const Held<F>& slave, const Held<F>& master, const Vec<D>& expected)
+  {
+    const auto found = find<F>(s, Law::friction, slave, master).unfelt;
+    ASSERT_EQ(found.size(), s.slave.facet_id.size() * D);
+    for (std::size_t k = 0; k < found.size(); ++k)
+      EXPECT_EQ(found[k], expected[static_cast<int>(k % D)]);
+  };
+  expect_unfelt(everything<F>, everything<F>, Vec<D>::Ones());
+  expect_unfelt(everything<F>, first, Vec<D>::Unit(0));
+  expect_unfelt(first, everything<F>, Vec<D>::Unit(0));
+  expect_unfelt(everything<F>, nothing<F>, Vec<D>::Zero());
+  expect_unfelt(nothing<F>, everything<F>, Vec<D>::Zero());
+}
+
+TYPED_TEST(HeldFacetsTest, OneFreeNodeOfAFacetFeelsAComponent)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const double edge = s.slave.nodes<F>(s.slave.X, 0).row(0).minCoeff();
+  const Held<F> inside = [&](const Vec<D>& x) -> Vec<D>
+  { return Vec<D>::Constant(x[0] > edge + 1e-9 ? 1.0 : 0.0); };
+  const auto found = find<F>(s, Law::friction, inside, everything<F>).unfelt;
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    const auto x = s.slave.nodes<F>(s.slave.X, f);
+    const bool is_free = (x.row(0).array() < edge + 1e-9).any();
+    EXPECT_EQ(found[static_cast<std::size_t>(f) * D], is_free ? 0 : 1);
+  }
+}
+
 TYPED_TEST(HeldFacetsTest, FreeMasterBalancesAll)
 {
   using F = TypeParam;
