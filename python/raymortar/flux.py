@@ -15,7 +15,7 @@ from .contact import Contact, require_point_tractions
 from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, is_real_number, require_agreement, together
-from .options.user_laws import FluxLaw
+from .flux_law import FluxLaw
 from .system.flux_part import FluxPart
 from .system.fluxes import FluxTerms
 from .system.tool_part import ToolField

@@ -21,7 +21,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
-from raymortar.dynamics.motion import Motion, InertiaTerm
+from raymortar.dynamics.motion import InertiaTerm, Motion
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 
