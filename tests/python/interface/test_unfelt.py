@@ -267,7 +267,7 @@ def test_accepted_friction_is_kept_where_the_sides_are_held_then(law):
     push = 0.2 * PRESS
     load = -PRESS * np.eye(2)
     load[0, 1] = push
-    case = pressed("quadrilateral", 1, law, [], 2.0, load=load)
+    case = pressed("quadrilateral", 1, law, [], 20.0, load=load)
     solver = SNESSolver(case.problem)
     solver.solve()
     case.contact.advance()
@@ -288,10 +288,10 @@ def test_accepted_friction_is_kept_where_the_sides_are_held_then(law):
         assert force[1] == pytest.approx(pressure * PRESS, rel=1e-9)
         assert force[0] == pytest.approx(-push, rel=1e-9)
         case.contact.advance()
-    case.load.value[:] = -0.01 * PRESS * np.eye(2)
+    case.load.value[:] = -0.001 * PRESS * np.eye(2)
     solver.solve()
     force = case.contact.resultant(0).force
-    assert -2.0 * (1.0 + 1e-9) * force[1] < force[0] < -0.1 * force[1]
+    assert -20.0 * (1.0 + 1e-9) * force[1] < force[0] < -0.1 * force[1]
 
 
 # Derivatives
