@@ -12,13 +12,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
 from ..discretization.ranks import agreed_name, put_aside
 from ..errors import ContactError
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from .automatic import inexact, linear_options
-from .petsc_objects import new_prefix, take_tangent
+from .linear import inexact, linear_options
+from .petsc_objects import NOT_A_NUMBER, new_prefix, reason_in_words, take_tangent
 from .solver import MAX_IT, CoupledSolver, forwarded
 
 

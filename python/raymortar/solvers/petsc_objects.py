@@ -280,3 +280,27 @@ def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> No
     if ksp.getAttr(ROOM) != room:
         renew(ksp, A)
         ksp.setAttr(ROOM, room)
+
+
+# Its name in petsc4py has changed
+NOT_A_NUMBER = -4
+_REASONS = {
+    "FUNCTION_DOMAIN": "the residual has no value there",
+    "FUNCTION_COUNT": "too many residuals were asked for",
+    "LINEAR_SOLVE": "the linear solver failed",
+    "MAX_IT": "the largest number of iterations was reached",
+    "LINE_SEARCH": "the line search found no smaller residual",
+    "INNER": "an inner solve failed",
+    "LOCAL_MIN": "the same residuals come again and again",
+    "DTOL": "the residual grew beyond the divergence tolerance",
+    "JACOBIAN_DOMAIN": "the tangent has no value there",
+    "TR_DELTA": "the trust region became too small",
+}
+
+
+def reason_in_words(reason: int) -> str:
+    """Put PETSc's reason for the end of a nonlinear solve in words."""
+    reasons = PETSc.SNES.ConvergedReason
+    known = {getattr(reasons, f"DIVERGED_{k}", None): v for k, v in _REASONS.items()}
+    known[NOT_A_NUMBER] = "the residual is no number"
+    return f"SNES reason {reason}" + (f": {known[reason]}" if reason in known else "")

@@ -18,9 +18,9 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .. import compat
-from ..diagnose.outcome import require_convergence
 from ..discretization.ranks import destroy
 from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
+from ..hooks import hooks
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
@@ -187,7 +187,7 @@ class CoupledSolver(ABC):
         if iterations > 0:
             self.options.tell_unread(4)
         end = f"after {iterations} iterations{reason}"
-        require_convergence(problem, reason is None, end)
+        hooks.judge(problem, reason is None, end)
         return iterations
 
     def _weigh_rows(self) -> None:
