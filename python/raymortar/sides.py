@@ -3,7 +3,7 @@ prescribed.
 
 A slave that is prescribed throughout, with finer facets than its free master, has more
 tractions than the master has displacements to tell them apart; with friction so has one
-that is prescribed throughout in some component. Contact is then integrated
+that is prescribed throughout along the surface. Contact is then integrated
 over the master, as if the pair had been given in the other order, and forces keep the
 names that the user gave the sides. Points, fields and the multiplier are on the master.
 """

@@ -7,6 +7,7 @@
 #include "raymortar/pairing/facet_dofs.h"
 #include "raymortar/rigid/freedom.h"
 #include <algorithm>
+#include <cmath>
 
 namespace raymortar
 {
@@ -14,6 +15,8 @@ namespace
 {
 /// Share of a facet that is rounding error
 constexpr double unmet = 1e-9;
+/// Part of a unit normal along some axes, up to which it is none
+constexpr double along = 1e-6;
 
 /// Integral of (v_a - Pi v_a)(v_b - Pi v_b) on a facet of area 1, Pi the
 /// projection on polynomials of one degree less
@@ -189,15 +192,39 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
   }
 }
 
+/// Weights with friction. What nothing feels of a traction along the surface is
+/// kept by the law (5.22); of a pressure that nothing feels nothing else tells
+/// [theory (5.23)]
+template <class F>
+Mat<F::gdim, F::gdim> frictional_weights(const Candidate<F>& one,
+                                         const Vec<F::gdim>& n)
+{
+  Vec<F::gdim> damped = one.share();
+  Vec<F::gdim> pressure = Vec<F::gdim>::Zero();
+  double moves = 0.0;
+  for (int i = 0; i < F::gdim; ++i)
+    if (one.is_unfelt(i))
+    {
+      pressure[i] = std::sqrt(damped[i]) * n[i];
+      damped[i] = 0.0;
+    }
+    else
+      moves = std::hypot(moves, n[i]);
+  Mat<F::gdim, F::gdim> W = damped.asDiagonal();
+  if (moves <= along)
+    W += pressure * pressure.transpose();
+  return W;
+}
+
 /// Weights of the multiplier's components, (components, components)
 /// [theory (5.7)]
 template <class F>
 Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
                         const Vec<F::gdim>& n)
 {
-  const Vec<F::gdim> damped = one.share();
   if (s.friction)
-    return damped.asDiagonal();
+    return frictional_weights<F>(one, n);
+  const Vec<F::gdim> damped = one.share();
   // Without friction only a node that is held along the normal has a traction
   // in excess: rollers along the surface, or nearly so, change nothing
   const Vec<F::gdim> squares = n.cwiseAbs2();
@@ -311,7 +338,7 @@ find_crossing_facets(const ContactState& s,
                          [&](Index dof) { return crossing[dof] != 0; }))
           continue;
         Candidate<F> one{f, Mat<F::gdim, F::dofs>::Ones()};
-        one.all = one.opposite_held = Vec<F::gdim>::Ones();
+        one.all = one.opposite_held = one.felt = Vec<F::gdim>::Ones();
         facets.push_back(damping<F>(s, modulus, one));
       }
   };

@@ -235,7 +235,8 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlav
     """Find slaves, as the user gave them, that are prescribed throughout, on masters that
     are not, by number. Collective.
 
-    With friction one component is enough: the traction has it, too.
+    With friction it is enough that they are where the master is free along the surface:
+    the traction has these components, too.
     """
     if surfaces.multiplier is None or not surfaces.zones:
         return {}
@@ -244,14 +245,27 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlav
         for zone in surfaces.zones
     ]
     held = np.array(fixed, dtype=np.int32)
-    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
+    across = np.array([_normal_axis(zone) for zone in surfaces.zones], dtype=np.int32)
+    for marks in (held, across):
+        surfaces.comm.Allreduce(MPI.IN_PLACE, marks, op=MPI.MIN)
     found = {}
-    for k, (zone, sides) in enumerate(zip(surfaces.zones, held)):
+    for k, (zone, sides, normal) in enumerate(
+        zip(surfaces.zones, held > 0, across > 0)
+    ):
         slave, master = sides[::-1] if k in surfaces.exchanged else sides
-        alone = np.flatnonzero(slave > master)
-        if len(alone) and (zone.frictional or slave.all()):
+        slides = ~master & ~normal  # where the master is free along the surface
+        throughout = slave.all() and not master.all()
+        along = zone.frictional and slides.any() and slave[slides].all()
+        if throughout or along:
             found[k] = RigidSlave(zone, np.flatnonzero(slave))
     return found
+
+
+def _normal_axis(zone: ZoneData) -> Mask:
+    """Mark the axis along which the normals of all slave facets are, (d,)."""
+    surface = zone.facets.slave_surface
+    normals = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
+    return (np.abs(normals) > FLAT).all(axis=0)
 
 
 def warn_of_finer_rigid_slaves(

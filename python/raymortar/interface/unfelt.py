@@ -68,16 +68,10 @@ class UnfeltParts:
         index_map = surfaces.multiplier.function_space.dofmap.index_map
         sums = sums_at(index_map, 2 * d, *shares)
         felt = sums[:, :d] > 0.0
-        # Damping ties the multiplier of a node to those of its facets  [theory (5.5)]
-        ties = []
-        for zone in zones:
-            rows = zone.multiplier_table[zone.cpp.held_facets()]
-            ties.append((rows, felt[rows].any(axis=1)[:, None]))
-        tied = felt | (sums_at(index_map, d, *ties) > 0.0)
         for zone in zones:
             if zone.frictional:
                 nodes = zone.multiplier_nodes
-                parts = unfelt_parts(~tied[nodes], units(sums[nodes, d:]))
+                parts = unfelt_parts(~felt[nodes], units(sums[nodes, d:]))
                 values = self.accepted.reshape(-1, d)[nodes]
                 zone.cpp.set_unfelt(parts, values)
         on = np.flatnonzero(sums.any(axis=1))
@@ -85,7 +79,7 @@ class UnfeltParts:
         self.normals = np.zeros(len(sums), dtype=bool)
         self.along = np.zeros((len(sums), d), dtype=bool)
         self.normals[on] = held.any(axis=1) & ~moves_along_normal(held, n)
-        self.along[on] = ~tied[on] & (np.abs(n) <= ALONG_HELD)
+        self.along[on] = held & (np.abs(n) <= ALONG_HELD)
 
 
 def normals_at_nodes(zone: ZoneData, u: Array) -> Array:

@@ -159,7 +159,8 @@ using Types = testing::Types<Interval1, Interval2, Triangle1, Quad1>;
 
 TYPED_TEST_SUITE(HeldFacetsTest, Types, );
 
-TYPED_TEST(HeldFacetsTest, WhatIsHeldOnBothSidesIsDampedInFull)
+// Along the surface friction keeps the traction that nothing feels
+TYPED_TEST(HeldFacetsTest, PressureOfWhatIsHeldOnBothSidesIsDampedInFull)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -167,8 +168,8 @@ TYPED_TEST(HeldFacetsTest, WhatIsHeldOnBothSidesIsDampedInFull)
   const ContactState& s = plates->state();
   const auto found = [&](Law law)
   { return find<F>(s, law, everything<F>, everything<F>); };
-  expect_blocks<F>(s, found(Law::friction), Mat<D, D>::Identity(), whole);
   const Vec<D> n = Vec<D>::Unit(D - 1);
+  expect_blocks<F>(s, found(Law::friction), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::vector), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::scalar), Eigen::MatrixXd::Ones(1, 1), whole);
   for (const std::int8_t known : found(Law::vector).known)
@@ -227,7 +228,7 @@ TYPED_TEST(HeldFacetsTest, FreeMasterBalancesAll)
   }
 }
 
-TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceCountWithFrictionOnly)
+TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceChangeNothing)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -235,10 +236,41 @@ TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceCountWithFrictionOnly)
   const ContactState& s = plates->state();
   const Vec<D> along = Vec<D>::Ones() - Vec<D>::Unit(D - 1);
   const Held<F> rollers = [&](const Vec<D>&) { return along; };
-  for (const Law law : {Law::vector, Law::scalar})
+  for (const Law law : {Law::vector, Law::scalar, Law::friction})
     EXPECT_TRUE(find<F>(s, law, rollers, everything<F>).facets.empty());
-  expect_blocks<F>(s, find<F>(s, Law::friction, rollers, everything<F>),
-                   along.asDiagonal().toDenseMatrix(), whole);
+}
+
+TYPED_TEST(HeldFacetsTest, NodesHeldAlongTheSurfaceAreDampedNextToFreeOnes)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const double edge = s.slave.nodes<F>(s.slave.X, 0).row(0).minCoeff();
+  const Held<F> inside = [&](const Vec<D>& x) -> Vec<D>
+  { return (x[0] > edge + 1e-9 ? 1.0 : 0.0) * Vec<D>::Unit(0); };
+  const auto found = find<F>(s, Law::friction, inside, everything<F>);
+  ASSERT_FALSE(found.facets.empty());
+  std::mt19937 random(9);
+  for (const FacetBlock& facet : found.facets)
+  {
+    EXPECT_EQ(found.unfelt[static_cast<std::size_t>(facet.slave) * D], 0);
+    Mat<D, F::dofs> nodal = Mat<D, F::dofs>::Zero();
+    nodal.row(0) = random_vector<F::dofs>(random, 1.0).transpose();
+    EXPECT_GT(form<F>(facet, nodal), 0.0);
+  }
+}
+
+// Against an oblique surface one free axis along it, or none, moves the gap
+TYPED_TEST(HeldFacetsTest, NothingIsDampedWhereGapsTakeWhatIsFree)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates =
+      paired_plates<F>(true, [](Surface& s) { turn_and_shift(s, 1.2, 0.0); });
+  const ContactState& s = plates->state();
+  const Held<F> first = [](const Vec<D>&) { return Vec<D>::Unit(0); };
+  EXPECT_TRUE(find<F>(s, Law::friction, first, everything<F>).facets.empty());
 }
 
 TYPED_TEST(HeldFacetsTest, NormalOfATiltedSurfaceWeighsTheComponents)
