@@ -321,9 +321,10 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
-      .def("set_unfelt", [](Zone& z, const Array<double>& parts,
-                            const Array<double>& accepted)
-           { z.set_unfelt(to_span(parts), to_span(accepted)); })
+      .def("set_unfelt",
+           [](Zone& z, const Array<double>& parts,
+              const Array<double>& accepted, const Array<std::int8_t>& kept)
+           { z.set_unfelt(to_span(parts), to_span(accepted), to_span(kept)); })
       .def("set_eliminated", &Zone::set_eliminated, py::arg("on"))
       .def(
           "set_gamma",

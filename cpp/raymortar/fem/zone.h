@@ -147,10 +147,13 @@ public:
   /// this step, and the accepted tractions  [theory (5.22)].
   /// @param[in] parts Matrices, (multiplier nodes, gdim, gdim); empty: none
   /// @param[in] accepted (multiplier nodes, gdim)
+  /// @param[in] kept Nonzero for components in which nothing is free there,
+  /// (multiplier nodes, gdim)
   void set_unfelt(std::span<const double> parts,
-                  std::span<const double> accepted)
+                  std::span<const double> accepted,
+                  std::span<const std::int8_t> kept)
   {
-    _interface.set_unfelt(parts, accepted);
+    _interface.set_unfelt(parts, accepted, kept);
   }
 
   /// @brief Set whether the next residuals and tangents belong to a system from

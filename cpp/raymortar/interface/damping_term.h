@@ -27,6 +27,12 @@ public:
     _crossing = std::move(facets);
   }
 
+  /// @brief Set the nodes at which friction keeps what nothing feels, in this
+  /// step: facets with no other nodes leave it alone  [theory (5.23)].
+  /// @param[in] kept Nonzero where nothing is free, (multiplier nodes, gdim);
+  /// empty: nowhere
+  void set_kept(const Multipliers& m, std::span<const std::int8_t> kept);
+
   void begin_step(const StepStart& start) override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
@@ -45,8 +51,11 @@ public:
 
 private:
   double _modulus = 1.0;
+  int _gdim = 0;
   std::vector<FacetBlock> _crossing; ///< at cross points, of modulus 1
   std::vector<FacetBlock> _facets;   ///< all of them, of modulus 1
+  std::vector<FacetBlock> _rest;     ///< of the same, (5.23)
+  std::vector<FacetBlock> _acting;   ///< one or the other of each
   std::vector<std::int8_t> _unfelt;
 };
 } // namespace raymortar

@@ -192,8 +192,8 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
   }
 }
 
-/// Weights with friction. What nothing feels of a traction along the surface is
-/// kept by the law (5.22); of a pressure that nothing feels nothing else tells
+/// Weights where friction keeps what nothing feels of a traction along the
+/// surface (5.22); of a pressure that nothing feels nothing else tells
 /// [theory (5.23)]
 template <class F>
 Mat<F::gdim, F::gdim> frictional_weights(const Candidate<F>& one,
@@ -222,9 +222,9 @@ template <class F>
 Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
                         const Vec<F::gdim>& n)
 {
-  if (s.friction)
-    return frictional_weights<F>(one, n);
   const Vec<F::gdim> damped = one.share();
+  if (s.friction)
+    return damped.asDiagonal();
   // Without friction only a node that is held along the normal has a traction
   // in excess: rollers along the surface, or nearly so, change nothing
   const Vec<F::gdim> squares = n.cwiseAbs2();
@@ -239,13 +239,16 @@ Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
 
 template <class F>
 FacetBlock damping(const ContactState& s, double modulus,
-                   const Candidate<F>& one)
+                   const Candidate<F>& one, bool is_kept = false)
 {
   const auto frame = frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave),
                                  middle_of_reference<F>());
   const double area = s.points.whole[one.slave];
   const double size = s.points.width[one.slave];
-  const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
+  const Eigen::MatrixXd W =
+      size * area / modulus *
+      (is_kept ? Eigen::MatrixXd(frictional_weights<F>(one, frame.n))
+               : weights<F>(s, one, frame.n));
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();
   FacetBlock facet{one.slave, {}};
@@ -261,15 +264,10 @@ bool may_be_damped(const ContactState& s)
          (s.slave.degree == 1 or s.slave.gdim == 2);
 }
 
-/// Rollers along the surface
-void leave_out_zeros(std::vector<FacetBlock>& facets)
+bool is_zero(const FacetBlock& f)
 {
-  std::erase_if(facets,
-                [](const FacetBlock& f)
-                {
-                  return std::all_of(f.block.begin(), f.block.end(),
-                                     [](double v) { return v == 0.0; });
-                });
+  return std::all_of(f.block.begin(), f.block.end(),
+                     [](double v) { return v == 0.0; });
 }
 } // namespace
 
@@ -314,11 +312,17 @@ void find_held_facets(const ContactState& s,
                     static_cast<std::size_t>(i)] = one.is_unfelt(i);
       if constexpr (F::degree == 1 or F::tdim == 1)
         if (may_be_damped(s) and not one.share().isZero(0.0))
-          held.facets.push_back(damping<F>(s, modulus, one));
+        {
+          const FacetBlock full = damping<F>(s, modulus, one);
+          if (is_zero(full))
+            continue; // rollers along the surface
+          held.facets.push_back(full);
+          held.rest.push_back(s.friction ? damping<F>(s, modulus, one, true)
+                                         : full);
+        }
     }
   };
   with_facet_type(s.slave, add);
-  leave_out_zeros(held.facets);
 }
 
 std::vector<FacetBlock>
@@ -338,7 +342,7 @@ find_crossing_facets(const ContactState& s,
                          [&](Index dof) { return crossing[dof] != 0; }))
           continue;
         Candidate<F> one{f, Mat<F::gdim, F::dofs>::Ones()};
-        one.all = one.opposite_held = one.felt = Vec<F::gdim>::Ones();
+        one.all = one.opposite_held = Vec<F::gdim>::Ones();
         facets.push_back(damping<F>(s, modulus, one));
       }
   };

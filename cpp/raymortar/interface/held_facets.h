@@ -11,6 +11,9 @@ namespace raymortar
 struct HeldFacets
 {
   std::vector<FacetBlock> facets;
+  /// Of the same facets, what is left where friction keeps what nothing feels
+  /// [theory (5.23)]
+  std::vector<FacetBlock> rest;
   /// Facets that have no held node or have met a master, (facets,)
   std::vector<std::int8_t> known;
   /// Nonzero where neither the facet nor what it faces is free to move in a

@@ -58,7 +58,7 @@ class UnfeltParts:
         mine = any(mark.any() for mark in marks)
         if not surfaces.comm.allreduce(mine, op=MPI.LOR):
             for zone in zones:
-                zone.cpp.set_unfelt(np.empty(0), np.empty(0))
+                zone.cpp.set_unfelt(np.empty(0), np.empty(0), np.empty(0, np.int8))
             return
         u, shares = u_old.reshape(-1, d), []
         for zone, mark in zip(zones, marks):
@@ -68,18 +68,24 @@ class UnfeltParts:
         index_map = surfaces.multiplier.function_space.dofmap.index_map
         sums = sums_at(index_map, 2 * d, *shares)
         felt = sums[:, :d] > 0.0
+        # Damping ties the multiplier of a node to those of its facets  [theory (5.5)]
+        ties = []
+        for zone in zones:
+            rows = zone.multiplier_table[zone.cpp.held_facets()]
+            ties.append((rows, felt[rows].any(axis=1)[:, None]))
+        tied = felt | (sums_at(index_map, d, *ties) > 0.0)
         for zone in zones:
             if zone.frictional:
                 nodes = zone.multiplier_nodes
-                parts = unfelt_parts(~felt[nodes], units(sums[nodes, d:]))
+                parts = unfelt_parts(~tied[nodes], units(sums[nodes, d:]))
                 values = self.accepted.reshape(-1, d)[nodes]
-                zone.cpp.set_unfelt(parts, values)
+                zone.cpp.set_unfelt(parts, values, (~felt[nodes]).astype(np.int8))
         on = np.flatnonzero(sums.any(axis=1))
         held, n = ~felt[on], units(sums[on, d:])
         self.normals = np.zeros(len(sums), dtype=bool)
         self.along = np.zeros((len(sums), d), dtype=bool)
         self.normals[on] = held.any(axis=1) & ~moves_along_normal(held, n)
-        self.along[on] = held & (np.abs(n) <= ALONG_HELD)
+        self.along[on] = ~tied[on] & (np.abs(n) <= ALONG_HELD)
 
 
 def normals_at_nodes(zone: ZoneData, u: Array) -> Array:

@@ -150,6 +150,14 @@ void expect_blocks(const ContactState& s, const HeldFacets& held,
 
 double whole(Index) { return 1.0; }
 
+/// With what is left where friction keeps what nothing feels, (5.23)
+HeldFacets rest_of(HeldFacets held)
+{
+  EXPECT_EQ(held.facets.size(), held.rest.size());
+  held.facets = held.rest;
+  return held;
+}
+
 template <class F>
 class HeldFacetsTest : public testing::Test
 {
@@ -159,8 +167,7 @@ using Types = testing::Types<Interval1, Interval2, Triangle1, Quad1>;
 
 TYPED_TEST_SUITE(HeldFacetsTest, Types, );
 
-// Along the surface friction keeps the traction that nothing feels
-TYPED_TEST(HeldFacetsTest, PressureOfWhatIsHeldOnBothSidesIsDampedInFull)
+TYPED_TEST(HeldFacetsTest, WhatIsHeldOnBothSidesIsDampedInFull)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -168,8 +175,9 @@ TYPED_TEST(HeldFacetsTest, PressureOfWhatIsHeldOnBothSidesIsDampedInFull)
   const ContactState& s = plates->state();
   const auto found = [&](Law law)
   { return find<F>(s, law, everything<F>, everything<F>); };
+  expect_blocks<F>(s, found(Law::friction), Mat<D, D>::Identity(), whole);
   const Vec<D> n = Vec<D>::Unit(D - 1);
-  expect_blocks<F>(s, found(Law::friction), n * n.transpose(), whole);
+  expect_blocks<F>(s, rest_of(found(Law::friction)), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::vector), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::scalar), Eigen::MatrixXd::Ones(1, 1), whole);
   for (const std::int8_t known : found(Law::vector).known)
@@ -228,7 +236,7 @@ TYPED_TEST(HeldFacetsTest, FreeMasterBalancesAll)
   }
 }
 
-TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceChangeNothing)
+TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceCountWithFrictionOnly)
 {
   using F = TypeParam;
   constexpr int D = F::gdim;
@@ -236,8 +244,12 @@ TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceChangeNothing)
   const ContactState& s = plates->state();
   const Vec<D> along = Vec<D>::Ones() - Vec<D>::Unit(D - 1);
   const Held<F> rollers = [&](const Vec<D>&) { return along; };
-  for (const Law law : {Law::vector, Law::scalar, Law::friction})
+  for (const Law law : {Law::vector, Law::scalar})
     EXPECT_TRUE(find<F>(s, law, rollers, everything<F>).facets.empty());
+  const auto found = find<F>(s, Law::friction, rollers, everything<F>);
+  expect_blocks<F>(s, found, along.asDiagonal().toDenseMatrix(), whole);
+  // Unless the law keeps what they leave unfelt
+  expect_blocks<F>(s, rest_of(found), Mat<D, D>::Zero(), whole);
 }
 
 TYPED_TEST(HeldFacetsTest, NodesHeldAlongTheSurfaceAreDampedNextToFreeOnes)
@@ -270,7 +282,8 @@ TYPED_TEST(HeldFacetsTest, NothingIsDampedWhereGapsTakeWhatIsFree)
       paired_plates<F>(true, [](Surface& s) { turn_and_shift(s, 1.2, 0.0); });
   const ContactState& s = plates->state();
   const Held<F> first = [](const Vec<D>&) { return Vec<D>::Unit(0); };
-  EXPECT_TRUE(find<F>(s, Law::friction, first, everything<F>).facets.empty());
+  const auto found = find<F>(s, Law::friction, first, everything<F>);
+  expect_blocks<F>(s, rest_of(found), Mat<D, D>::Zero(), whole);
 }
 
 TYPED_TEST(HeldFacetsTest, NormalOfATiltedSurfaceWeighsTheComponents)

@@ -361,7 +361,9 @@ def test_tangent_is_exact_for_any_parts(cell, method):
         for zone in contact.zones:
             nodes = zone.multiplier_nodes
             parts = np.broadcast_to(0.3 * size[0], (len(nodes), d, d))
-            zone.cpp.set_unfelt(parts.copy(), lam[nodes] + 0.1 * size[1])
+            zone.cpp.set_unfelt(
+                parts.copy(), lam[nodes] + 0.1 * size[1], np.empty(0, np.int8)
+            )
         return True
 
     full, fixed = quiet_slopes(
