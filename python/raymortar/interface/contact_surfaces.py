@@ -243,16 +243,24 @@ def _require_leader(
     tied: str | None,
     names: Mapping[Any, str],
 ) -> None:
-    """Raise for a surface that meets itself if the method needs a slave."""
+    """Raise for a surface that meets itself, or has facets of another one, if the method
+    needs a slave."""
     if tied is None and isinstance(options.method, Penalty):
         return
     for group in groups:
         if not group.meets_itself:
+            if group.slave == ALL and len(groups) > 1:
+                raise ContactError(
+                    "pairs has slave 'all' beside others, whose facets it has too, and a "
+                    "multiplier is of one slave: give each a Contact of its own, "
+                    "NonlinearProblem(F, [one, other])"
+                )
             continue
         if group.slave == ALL:
             raise ContactError(
                 "pairs has 'all', where each facet is slave and master: take "
-                "method=Penalty(), as a multiplier needs one side that leads"
+                "method=Penalty(), as a multiplier needs one side that leads. ('all', "
+                "tool) alone has one, the tool"
             )
         raise ContactError(
             f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of "
