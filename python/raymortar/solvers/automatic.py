@@ -16,7 +16,7 @@ from ..problem import CoupledProblem
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
-from .petsc_objects import DIRECT, InnerSolvers, attach, nested
+from .petsc_objects import DIRECT, InnerSolvers, attach, kept_inside, nested
 
 log = logging.getLogger("raymortar")
 
@@ -227,12 +227,13 @@ class SolverWithFallback(InnerSolvers):
         super().__init__()
         self.stalls = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         if self.stalls < MOST_STALLS:
             if self.krylov is None:
                 self.krylov = self._made(ksp, "iterative_")
-                attach(self.krylov, self.problem, self.row_scale)
+                attach(self.krylov, self.problem, self.row_scale, self.raised)
             if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1

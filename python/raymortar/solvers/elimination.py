@@ -18,7 +18,7 @@ from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from ..system.entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
-from .petsc_objects import KnowsProblem, finished, inner_solver
+from .petsc_objects import KnowsProblem, finished, inner_solver, kept_inside
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
 # SPARE more: the bodies have changed then
@@ -77,6 +77,7 @@ class BodiesPreconditioner(KnowsProblem):
             )
         super().know(problem, row_scale)
 
+    @kept_inside
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
         A, _ = pc.getOperators()
@@ -174,6 +175,7 @@ class BodiesPreconditioner(KnowsProblem):
         D.destroy()
         return inverse
 
+    @kept_inside
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Solve near contact first, then everywhere. Collective."""
         A, _ = pc.getOperators()
