@@ -68,14 +68,19 @@ class BodiesPreconditioner(KnowsProblem):
         # Cycles since the last set-up, and those after the levels were made
         self._cycles = self._first = 0
 
-    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+    def know(
+        self,
+        problem: Any,
+        row_scale: PETSc.Vec | None,
+        raised: list[Exception] | None = None,
+    ) -> None:
         """Take what `attach` gives, before the first use."""
         if not problem.contact.unknowns.is_plain:
             raise ContactError(
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
             )
-        super().know(problem, row_scale)
+        super().know(problem, row_scale, raised)
 
     @kept_inside
     def setUp(self, pc: PETSc.PC) -> None:
