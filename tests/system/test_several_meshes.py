@@ -235,7 +235,9 @@ def test_tags_are_a_list(scenes):
 
 def test_a_tag_is_on_one_mesh(scenes):
     twice = [scenes[0], hosts.meshes(divisions=(2, 2))[0]]
-    with refused(r"tag \d+ are on several meshes: use each tag number on one mesh only"):
+    with refused(
+        r"tag \d+ are on several meshes: use each tag number on one mesh only"
+    ):
         contact_of(twice)
     with refused("same pair: use each tag number on one mesh only"):
         contact_of(twice, pairs=[(LOWER + 2, LOWER + 2)])

@@ -163,7 +163,7 @@ def replacement(
             found = nearest_weights(nodes.x[node], others[:, 3 : 3 + d])
             if found is None:
                 place = format_point(nodes.x[node], nodes.x)
-                other = '"nearest" or ' * (mass != "nearest")
+                other = "" if mass == "nearest" else '"nearest" or '
                 raise SetUpError(
                     f'mass="{mass}" finds no nodes off the contact surfaces within '
                     f"{MOST_LAYERS} layers of cells that can stand for the one at "
