@@ -15,7 +15,7 @@ from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
 from .linear import direct, inexact
-from .petsc_objects import DIRECT, InnerSolvers, attach, nested
+from .petsc_objects import DIRECT, InnerSolvers, attach, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -163,12 +163,13 @@ class SolverWithFallback(InnerSolvers):
         super().__init__()
         self.stalls = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         if self.stalls < MOST_STALLS:
             if self.krylov is None:
                 self.krylov = self._made(ksp, "iterative_")
-                attach(self.krylov, self.problem, self.row_scale)
+                attach(self.krylov, self.problem, self.row_scale, self.raised)
             if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1
