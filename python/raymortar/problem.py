@@ -56,8 +56,6 @@ class CoupledProblem:
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
-    restored
-        Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
     """
@@ -122,7 +120,6 @@ class CoupledProblem:
         self.history: list[float] = []
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
-        self.restored: tuple[Any, ...] | None = None
         # Adds to each tangent before it is assembled, as `paths.SoftStick` does
         self.soften: Callable[[PETSc.Mat], None] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+
+from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import Function
@@ -29,6 +32,7 @@ from .errors import (
 )
 from .interface.zone_data import ZoneData
 from .options.user_laws import check_functions, real_values
+from .state import Quantity, of_function
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
@@ -154,16 +158,19 @@ class Wear:
         self.array = np.zeros(len(self._areas))
         self._owned: int = V.dofmap.index_map.size_local
         self._anderson = Anderson(self._comm, self._areas[: self._owned])
-        # The last implicit step's depth, and its first estimate
-        self._last: tuple[Array, float] | None = None
-        self._wears = 0.0
+        # The last implicit step's depth, and the sum of its first estimate; 0: none
+        self._last, self._then, self._wears = self.array, 0.0, 0.0
         self._accepted: int | None = None
-        # The offset that it has given the contact
+        # The offset that it has given the contact, and the depth that this has
         self._offset: Function | None = None
+        self._sent = self.array.copy()
         self._may_warn, self._may_be_told = not self.implicit, True
-        contact.assembly.present.watchers.add(self)
+        present = contact.assembly.present
+        present.watchers.add(self)
+        present.owners.append(self)
+        present.derived.append(self._widen)
         if self.implicit:
-            contact.assembly.present.corrections.append(self)
+            present.corrections.append(self)
 
     def __repr__(self) -> str:
         return f"<Wear of {self.contact!r} by {self.law!r}>"
@@ -194,12 +201,12 @@ class Wear:
         change, stiffness = self._depths()
         if self.implicit:
             change = self.array
-            self._last = (change, self._wears) if self._wears > 0.0 else None
+            self._last, self._then = change, self._wears
         self._accepted = steps
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
         self.array = np.zeros(len(change))
-        self._widen(self.depth)
+        self._widen()
         if self._may_warn:
             self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
@@ -254,25 +261,38 @@ class Wear:
         if (
             self._anderson.count == 0
             and largest_of(self._comm, self.array) == 0.0
-            and self._last is not None
-        ):
-            last, then = self._last  # as deep as the last step, for as much pressure
-            nearer = last * (wears / then)
+            and self._then > 0.0
+        ):  # as deep as the last step, for as much pressure
+            nearer = self._last * (wears / self._then)
         if self._anderson.count == 0:
             self._wears = wears
-        self.set(self._anderson.next(self.array, nearer, found > BARELY * deepest))
+        values = self._anderson.next(self.array, nearer, found > BARELY * deepest)
+        self.array = np.maximum(values, 0.0)
         return change / deepest
 
-    def set(self, values: Array) -> None:
-        """Set the depth that the present implicit step adds, (nodes,); 0 at first.
-        Length."""
-        self.array = np.maximum(values, 0.0)
-        whole = Function(self.depth.function_space)
-        whole.x.array[:] = self.depth.x.array + self.array
-        self._widen(whole)
+    # State
 
-    def _widen(self, depth: Function) -> None:
-        """Set the contact's offset, which is nobody else's. Collective."""
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the depth so far, what an implicit step adds, and what the last one
+        has added, from which the next one starts."""
+        V = self.depth.function_space
+        yield of_function("worn depth", self.depth)
+        if self.implicit:
+            names = {"array": "depth of the step", "_last": "depth of the last step"}
+            for one, name in names.items():
+                yield Quantity(name, partial(getattr, self, one), partial(setattr, self, one), V)
+            yield Quantity("wear of the last step", lambda: np.array(self._then), self._set_then)
+
+    def _set_then(self, value: Array) -> None:
+        self._then = float(value)
+
+    def _widen(self) -> None:
+        """Set the contact's offset, which is nobody else's, where the depth is another
+        one than it has. Collective."""
+        whole = self.depth.x.array + self.array
+        is_new = not np.array_equal(whole, self._sent)
+        if not self._comm.allreduce(is_new, op=MPI.LOR):
+            return
         with together(self._comm):
             present = self.contact.offset
             if present is not self._offset and present is not self.depth:
@@ -280,7 +300,11 @@ class Wear:
                     "the offset of Wear.contact was set by something else: one Wear has "
                     "it for itself; set wear.depth instead"
                 )
-        self._offset = depth
+        depth = self.depth
+        if self._comm.allreduce(bool(self.array.any()), op=MPI.LOR):
+            depth = Function(self.depth.function_space)
+            depth.x.array[:] = whole
+        self._offset, self._sent = depth, whole
         self.contact.set_offset(depth)
 
     # Depth of a step

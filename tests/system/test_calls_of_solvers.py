@@ -174,7 +174,7 @@ def test_states_of_other_contacts_are_refused(scene):
                 continue
             with refused("the state is of another contact, mesh or method: " + part):
                 to.restore(state)
-    with refused("state must be a ContactState, not NoneType"):
+    with refused("state must be a State, as .*, not NoneType"):
         springs.restore(None)
 
 

@@ -23,7 +23,7 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.present import State
+from ..state import State
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
@@ -180,6 +180,7 @@ class TimeSteps(LoadSteps):
             path=(float(start), float(end)), progress=progress, history=history,
             strategy=strategy, output=output, on_accept=on_accept, on_reject=on_reject,
         )  # fmt: skip
+        problem.contact.owners["motion"] = self
         if history is not None:
             history.include(self._account.columns())
 
@@ -206,11 +207,13 @@ class TimeSteps(LoadSteps):
     def fields(self) -> list[Function]:
         """Functions of the accepted step besides the unknowns, which a `Checkpoint` has
         to have in `more`."""
-        one = self.motion
-        found = [*one.velocity, *one.acceleration]
-        if isinstance(self.scheme, GeneralizedAlpha):
-            found += one.static
-        return found + one.middle * isinstance(self.scheme, Midpoint)
+        return self.motion.fields
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the arrays of motion and of its account, by which it extends the
+        state."""
+        for one in (self.motion, self.bodies, self._account):
+            yield from one.quantities()
 
     def resume(self, time: float) -> None:
         """Go on from a time whose unknowns, `fields` and history come from an
@@ -218,30 +221,23 @@ class TimeSteps(LoadSteps):
         with together(self._problem.comm):
             if not (is_real_number(time) and time <= self.path[1]):
                 raise ContactError(f"time must be one before the end, not {time!r}")
-            restored = self._problem.restored
-            fields = self.fields if restored is not None else []
             lacking = [
-                f.name for f in fields if all(f is not g for g in restored or ())
+                name for name in self._problem.contact.owners.lacking if "motion" in name
             ]
             if lacking:
                 raise ContactError(
-                    f"the checkpoint that was read has no {', '.join(lacking)}: write "
-                    "and read it as Checkpoint(problem, file, more=steps.fields)"
+                    f"the state that was read has no {', '.join(lacking)}: it is not of "
+                    f"TimeSteps with {self.scheme}"
                 )
         self.path, self._has_begun = (float(time), self.path[1]), True
-        self.motion.last = self.motion.dt = self.dt
-        self.bodies.take_accepted()
-        rows = self.history.rows if self.history is not None else []
-        if rows:
-            motion, contact = self.motion, self._problem.contact
-            end = motion.values(contact.unknowns.functions)
-            middle = isinstance(self.scheme, Midpoint)
-            solved = motion.values(motion.middle) if middle else end
-            v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
-            with motion.at(solved):
-                contact.update()
-                self._account.go_on(End(solved, end, v, a), rows[-1]._asdict())
-        elif self._accounts:
+        motion = self.motion
+        motion.dt = self.dt
+        if not motion.was_read:
+            motion.last = self.dt
+        self.bodies.take_ends()
+        middle = isinstance(self.scheme, Midpoint)
+        of = motion.middle if middle else self._problem.contact.unknowns.functions
+        if self._accounts and not self._account.go_on(motion.values(of)):
             self._problem.contact.update()
             self._account.begin()
             self._account.set_begin(self.inertia.apply(self.motion.acceleration))

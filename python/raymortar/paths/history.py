@@ -32,6 +32,7 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
+from ..state import Quantity
 from .patch_columns import (
     BodyColumns,
     Part,
@@ -181,6 +182,7 @@ class History:
         self._sums = [name for name in own if name.startswith(_SUMS)]
         self._set_columns(["time", "iterations", "halvings", *own, *self._more])
         self.rows: list[Any] = []
+        self._awaited: set[str] = set()  # columns of records that nothing gives yet
         self._begun = False
 
     def __repr__(self) -> str:
@@ -278,11 +280,29 @@ class History:
         ContactError
             If columns would be added to a history that has records.
         """
-        new = [name for name in more if name not in self._more]
+        given = self._more.keys() | self._awaited
+        new = [name for name in more if name not in given]
         fault = f"a history that has records takes no more columns: {list(more)}"
         raise_everywhere(self._comm, fault if self.rows and new else None)
         self._set_columns([*self.columns, *new])
         self._more.update(more)
+        self._awaited -= more.keys()
+
+    def require_columns(self) -> None:
+        """Raise where nothing gives columns that the records go on from have.
+        Collective."""
+        fault = None
+        if self._awaited:
+            fault = (
+                f"the records that the history goes on from have {sorted(self._awaited)}, "
+                "which nothing gives here: go on as they began, with the same control= "
+                "or stabilize="
+            )
+        raise_everywhere(self._comm, fault)
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield what the next record goes on from besides the last one."""
+        yield from self._works.quantities()
 
     def record(self, time: float, iterations: int = 0, halvings: int = 0) -> None:
         """Add the present state, after a solve and before `Contact.advance`.
@@ -294,6 +314,7 @@ class History:
         ContactError
             If the file cannot be written.
         """
+        self.require_columns()
         with together(self._comm):
             row = _numbers(
                 {"time": time, "iterations": iterations, "halvings": halvings}
@@ -366,6 +387,20 @@ class History:
         kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
         self._works.begin_here()
+        self._begin_anew()
+
+    def go_on(
+        self, columns: Sequence[str], rows: Sequence[Sequence[float]]
+    ) -> None:
+        """Go on from records whose columns may be more than there are here: those wait
+        until they are included. Collective."""
+        self._awaited = set(columns[len(self.columns) :])
+        self._set_columns(columns)
+        self.rows = [self._row(*row) for row in rows]
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Write the file anew with the records. Collective."""
         self._begun = False
         self._write(self.rows)
 

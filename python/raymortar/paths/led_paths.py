@@ -320,7 +320,7 @@ class ArcPath(LedPath):
 
     def _since(self) -> Change:
         """Find the change since the step began."""
-        return self._u.x.array - self._state.u, self.trial - self.factor
+        return self._u.x.array - self._contact.u_of(self._state), self.trial - self.factor
 
     def begin(self) -> None:
         super().begin()

@@ -20,7 +20,7 @@ from ..errors import (
     together,
     warn,
 )
-from ..interface.present import State
+from ..state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
 from .led_paths import ArcPath, DisplacementPath

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..diagnose.failure import FAILURES
-from ..interface.present import State
+from ..state import State
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error

@@ -12,7 +12,7 @@ import numpy as np
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES, attempt
 from ..errors import ConvergenceError, SetUpError
-from ..interface.present import State
+from ..state import State
 from ..solvers.newton import SNESSolver
 from ..solvers.solver import MAX_IT, temporarily
 from .energy_balance import balance_of_step
