@@ -22,6 +22,7 @@ from .discretization.surfaces import surface_normals
 from .errors import (
     ContactError,
     ConvergenceError,
+    SetUpError,
     described,
     is_real_number,
     positive,
@@ -128,7 +129,7 @@ class Wear:
                     "Wear.contact has an offset, which wear would replace: set "
                     "wear.depth instead"
                 )
-            of = contact.assembly.present.watchers
+            of = contact.assembly.present.followers
             if any(isinstance(one, Wear) for one in of):
                 raise ContactError(
                     "the offset of Wear.contact is set by something else already, a Wear: "
@@ -166,9 +167,7 @@ class Wear:
         self._sent = self.array.copy()
         self._may_warn, self._may_be_told = not self.implicit, True
         present = contact.assembly.present
-        present.watchers.add(self)
-        present.owners.append(self)
-        present.derived.append(self._widen)
+        present.follow(self)
         if self.implicit:
             present.corrections.append(self)
 
@@ -206,7 +205,7 @@ class Wear:
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
         self.array = np.zeros(len(change))
-        self._widen()
+        self.bring()
         if self._may_warn:
             self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
@@ -286,7 +285,7 @@ class Wear:
     def _set_then(self, value: Array) -> None:
         self._then = float(value)
 
-    def _widen(self) -> None:
+    def bring(self) -> None:
         """Set the contact's offset, which is nobody else's, where the depth is another
         one than it has. Collective."""
         whole = self.depth.x.array + self.array
@@ -296,7 +295,7 @@ class Wear:
         with together(self._comm):
             present = self.contact.offset
             if present is not self._offset and present is not self.depth:
-                raise ContactError(
+                raise SetUpError(
                     "the offset of Wear.contact was set by something else: one Wear has "
                     "it for itself; set wear.depth instead"
                 )

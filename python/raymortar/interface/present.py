@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
-from weakref import WeakSet
+from weakref import WeakValueDictionary
 
 import numpy as np
 from dolfinx.fem import Function
@@ -33,8 +33,11 @@ from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .zone_data import on_sides, opposite_points
 
 
-class Watcher(Protocol):
-    """Follows the steps of a contact."""
+class Follower(Owner, Protocol):
+    """Follows the steps of a contact, with arrays of the state that it has."""
+
+    def bring(self) -> None:
+        """Bring the contact up to date with these before it is paired. Collective."""
 
     def path_ended(self) -> str | None:
         """Return what to warn of when a path has ended, alike on all ranks."""
@@ -76,14 +79,9 @@ class PresentState:
             self._point_friction = PointFriction(
                 options.friction, self._zones, self._comm
             )
-        # Who has further arrays of the state
-        self.owners: list[Owner] = []
-        # Bring what the zones have of arrays that others own up to date
-        self.derived: list[Callable[[], None]] = []
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
-        # Objects that may warn at the end of a path
-        self.watchers: WeakSet[Watcher] = WeakSet()
+        self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(self._zones, surfaces.scalar)
@@ -93,6 +91,15 @@ class PresentState:
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
         self.steps = 0  # accepted so far
+
+    @property
+    def followers(self) -> list[Follower]:
+        """Who follows the steps, for as long as somebody keeps them, in order."""
+        return list(self._followers.values())
+
+    def follow(self, follower: Follower) -> None:
+        """Let an object follow the steps."""
+        self._followers[len(self._followers) and max(self._followers) + 1] = follower
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -143,8 +150,8 @@ class PresentState:
         """Send the history to the zones if it has changed."""
         self.updates += 1
         self.revision += 1
-        for bring in self.derived:
-            bring()
+        for one in self.followers:
+            one.bring()
         if self._is_sent or self._surfaces.tied is not None:
             return
         for zone in self._zones:
@@ -243,6 +250,8 @@ class PresentState:
         numbers: of the contact and of its first zone."""
         surfaces, scalar = self._surfaces, self._surfaces.scalar
         is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
+        zones = np.arange(len(self._zones))
+        yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
         yield common(f"smooth {number}", [is_curved], _other_surfaces)
         yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
         if self._multiplier is not None:
@@ -256,9 +265,9 @@ class PresentState:
             yield Quantity(name, lambda: one.array, one.set, scalar)
         for k, zone in enumerate(self._zones, first):
             yield from self._of_zone(zone, k)
-        for owner in self.owners:
-            for of_owner in owner.quantities():
-                yield of_owner.added(f"{of_owner.name} {number}")
+        for follower in self.followers:
+            for of_other in follower.quantities():
+                yield of_other.added(f"{of_other.name} {number}")
 
     def _of_zone(self, zone: ZoneData, k: int) -> Iterator[Quantity]:
         """Yield what springs hold and where tools were."""

@@ -296,8 +296,8 @@ class LoadSteps:
         masters.warn()
         doubts.end(stacklevel=3)
         for one in contact.contacts:
-            for watcher in one.assembly.present.watchers:
-                text = watcher.path_ended()
+            for follower in one.assembly.present.followers:
+                text = follower.path_ended()
                 if text is not None:
                     warn(text, 3)
 
