@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,10 +10,9 @@ from mpi4py import MPI
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
-from .. import compat
 from ..compat import Array
+from ..discretization.forms import functional
 from ..problem import CoupledProblem
 from ..state import Quantity, of_array, of_function
 from .motion import End, Motion, Rest
@@ -67,11 +66,11 @@ class Account:
         problem: CoupledProblem,
         motion: Motion,
         bodies: MovingBodies,
-        energy: ufl.Form | None,
+        energy: Sequence[ufl.Form],
     ) -> None:
         self._problem, self._motion, self._bodies = problem, motion, bodies
         self._volume = problem.volume
-        self._energy = None if energy is None else compat.form(energy)
+        self._energy = functional(energy, problem.comm) if energy else None
         unknowns, layout = problem.contact.unknowns, problem.contact.layout
         V = unknowns.u.function_space
         self._d, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
@@ -164,9 +163,7 @@ class Account:
 
     def _stored(self) -> float | None:
         """Stored energy at the present unknowns."""
-        if self._energy is None:
-            return None
-        return float(self._comm.allreduce(fem.assemble_scalar(self._energy)))
+        return None if self._energy is None else self._energy()
 
     def _pushes(self) -> Array:
         """Force of contact on each slave surface, (surfaces, d)."""

@@ -105,8 +105,8 @@ class TimeSteps(LoadSteps):
         How often a step may be halved in which surfaces that were all apart touch, or
         surfaces in contact part. 0: never.
     energy
-        UFL functional of the stored energy, for `TimeStep.energy` and for the column
-        ``elastic``.
+        UFL functional of the stored energy, of bodies on meshes of their own a list of
+        one for each: for `TimeStep.energy` and for the column ``elastic``.
     max_halvings, extrapolate, progress, history, strategy, output, on_accept, on_reject
         The same as for `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
         ``contact_work``, ``external_work``, ``momentum_x``, ..., ``moment_of_momentum``
@@ -144,7 +144,7 @@ class TimeSteps(LoadSteps):
         start: float = 0.0,
         adapt: Adaptive | None = None,
         touch: int = 0,
-        energy: ufl.Form | None = None,
+        energy: ufl.Form | Sequence[ufl.Form] | None = None,
         max_halvings: int = 6,
         extrapolate: bool = False,
         progress: bool | TextIO | None = None,
@@ -159,18 +159,18 @@ class TimeSteps(LoadSteps):
         with together(problem.comm):
             scheme = GeneralizedAlpha() if scheme is None else scheme
             _check(inertia, problem, end, dt, start, scheme, adapt, touch)
-            check_functional("energy", energy)
+            forms = check_functional("energy", energy)
         require_agreement(
             problem.comm, end=end, dt=dt, start=start, scheme=scheme, adapt=adapt,
-            touch=touch, energy=energy is not None,
+            touch=touch, energy=len(forms),
         )  # fmt: skip
         self.inertia, self.scheme, self.dt = inertia, scheme, float(dt)
         self.adapt, self.touch = adapt, int(touch)
         self.motion = Motion(inertia, scheme)
         self.bodies = MovingBodies(problem.contact, scheme)
         self._volume = MovingVolume(problem, self.motion)
-        self._account = Account(problem, self.motion, self.bodies, energy)
-        self._accounts = energy is not None or history is not None
+        self._account = Account(problem, self.motion, self.bodies, forms)
+        self._accounts = bool(forms) or history is not None
         if velocity is not None:
             given = velocity if isinstance(velocity, (list, tuple)) else [velocity]
             self.motion.set_velocity(given)

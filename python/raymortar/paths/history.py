@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
-from .. import compat
 from ..compat import Array
-from ..discretization.forms import check_functional, check_supports
+from ..discretization.forms import check_functional, check_supports, functional
 from ..errors import (
     ContactError,
     is_real_number,
@@ -79,7 +77,8 @@ class History:
     reactions
         Dirichlet condition, or a list of them, by the name of the support.
     energy
-        UFL functional of the stored energy.
+        UFL functional of the stored energy; of bodies on meshes of their own a list of
+        one for each.
     more
         Functions without argument that give a number, by the name of their column.
         Every rank calls them, and rank 0 gives the number.
@@ -144,7 +143,7 @@ class History:
         problem: CoupledProblem,
         file: str | Path | None = None,
         reactions: Mapping[str, Any] | None = None,
-        energy: ufl.Form | None = None,
+        energy: ufl.Form | Sequence[ufl.Form] | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
         patches: bool = False,
         axes: Mapping[str, Any] | None = None,
@@ -164,14 +163,14 @@ class History:
             if not is_truth_value(patches):
                 raise ContactError(f"patches must be True or False, not {patches!r}")
             turns = checked_axes(problem, axes)
-            check_functional("energy", energy)
+            forms = check_functional("energy", energy)
             self.symmetry = positive("symmetry", symmetry)
         require_agreement(self._comm, symmetry=self.symmetry)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         parts = self._parts()
         self._works = SupportWork(problem, works)
-        self._sources = list(self._own_columns(supports, energy, parts))
+        self._sources = list(self._own_columns(supports, forms, parts))
         if patches:
             self._sources += patch_columns(problem, parts)
         self._sources += torque_columns(turns, parts)
@@ -234,7 +233,7 @@ class History:
         return found
 
     def _own_columns(
-        self, supports: Mapping[str, Any], energy: ufl.Form | None, parts: list[Part]
+        self, supports: Mapping[str, Any], energy: Sequence[ufl.Form], parts: list[Part]
     ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
         """Yield names of columns with the function that finds their values."""
         contact, axes = self.problem.contact, "xyz"[: self._dim]
@@ -254,9 +253,8 @@ class History:
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())
-        if energy is not None:
-            form = compat.form(energy)
-            yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
+        if energy:
+            yield ["energy"], functional(energy, self._comm)
         frictional = any(zone.frictional for zone in zones)
         if frictional:
             none = {"friction_work": 0.0}
