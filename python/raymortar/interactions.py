@@ -95,6 +95,11 @@ class Interaction(PointResults, CoupledSystem):
     def quantities(self) -> Iterator[Quantity]:
         """Yield the arrays of the accepted step and the present unknowns, each once, with
         what further owners have."""
+        yield from self._of_contact()
+        yield from self.owners
+
+    def _of_contact(self) -> Iterator[Quantity]:
+        """Yield the arrays of contact itself."""
         unknowns, first = self.unknowns, 0
         yield common("contacts", [len(self.parts)], _other_number)
         for k, f in enumerate(unknowns.functions):
@@ -105,8 +110,8 @@ class Interaction(PointResults, CoupledSystem):
             yield from part.present.quantities(k, first)
             first += len(part.zones)
         for k, body in enumerate(self._free):
-            yield Quantity(f"free body {k}", body.freedom.state, body.freedom.restore)
-        yield from self.owners
+            of = body.freedom.state, body.freedom.restore
+            yield Quantity(f"free body {k}", *of, is_unknown=True)
 
     def _accepted(self, k: int, V: Any) -> Quantity:
         """The displacement of a mesh at the accepted step, which parts have alike."""
@@ -127,10 +132,13 @@ class Interaction(PointResults, CoupledSystem):
         """The free rigid bodies, each once: several contacts may meet a body."""
         return list(dict.fromkeys(b for part in self.parts for b in part.layout.bodies))
 
-    @property
-    def _solved_for(self) -> list[Quantity]:
+    def changing(self) -> list[Quantity]:
+        """The arrays that a solve changes: unknowns, multipliers, free bodies."""
+        return [one for one in self._of_contact() if one.is_unknown]
+
+    def _fields(self) -> list[Quantity]:
         """Unknowns and multipliers."""
-        return [one for one in self.quantities() if one.is_unknown]
+        return [one for one in self.changing() if one.by is not None]
 
     def values_of(self, state: State) -> Array:
         """All local unknowns in a state."""
@@ -169,7 +177,7 @@ class Interaction(PointResults, CoupledSystem):
 
     def extrapolate(self, now: State, last: State, ratio: float) -> None:
         """Add a multiple of the change between two states to all unknowns."""
-        for one in self._solved_for:
+        for one in self._fields():
             one.write(one.read() + ratio * (now[one.name] - last[one.name]))
         for k, body in enumerate(self._free):
             end, begin = (body.freedom.totals_of(s[f"free body {k}"]) for s in (now, last))
@@ -178,7 +186,7 @@ class Interaction(PointResults, CoupledSystem):
 
     def go_back(self, begin: State, share: float) -> None:
         """Take back all but a share of the change of all unknowns since a state."""
-        for one in self._solved_for:
+        for one in self._fields():
             start = begin[one.name]
             one.write(start + share * (one.read() - start))
         for k, body in enumerate(self._free):

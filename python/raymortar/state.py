@@ -83,10 +83,10 @@ def _other(name: str, there: Any, here: Any) -> str:
 
 
 def of_array(name: str, array: Array, by: Any = None, **more: Any) -> Quantity:
-    """An array that stays the same object, whose entries change."""
+    """An array that stays the same object, whose entries change: zero for none."""
 
-    def write(values: Array) -> None:
-        array[:] = values
+    def write(values: Array | None) -> None:
+        array[:] = 0.0 if values is None else values
 
     return Quantity(name, lambda: array, write, by, **more)
 
@@ -153,14 +153,18 @@ class Owners:
     def __setitem__(self, key: str, owner: Owner) -> None:
         """Add an owner, in place of the one that had its name. Collective."""
         self._owners[key] = owner
-        for one in self:
+        self.claim()
+
+    def claim(self) -> None:
+        """Give owners the arrays that have waited for them. Collective."""
+        for one in list(self):
             if one.name in self.waiting:
                 one.write(self.waiting.pop(one.name)(one))
 
     def note(self, state: State) -> None:
         """Note which arrays of a state wait for their owners, and which it lacks."""
-        here = [one.name for one in self if one.is_of_step]
-        self.lacking = [name for name in here if name not in state]
+        here = {one.name: one.is_of_step for one in self}
+        self.lacking = [name for name in here if here[name] and name not in state]
         for name, array in state.items():
             if self.has(name) and name not in here:
                 self.waiting[name] = partial(_given, array)

@@ -258,7 +258,7 @@ class PresentState:
             name = f"multiplier {number}"
             yield of_function(name, self._multiplier, is_unknown=True)
         if self._slip is not None:
-            yield of_function(f"slip {number}", self._slip)
+            yield of_function(f"slip {number}", self._slip, may_lack=True)
         one = self._augmentation
         if one is not None:
             name = f"augmentation {number}"

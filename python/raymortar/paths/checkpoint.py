@@ -180,8 +180,10 @@ class Checkpoint:
             x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
             found.append((f"mesh {k}", mesh, x))
         for one in filter(_is_by_cell, quantities):
-            values = compat.values_by_cell(one.by, one.read())
-            found.append((one.name, one.by.mesh, values))
+            array = one.read()
+            if array is not None:
+                values = compat.values_by_cell(one.by, array)
+                found.append((one.name, one.by.mesh, values))
         for name, mesh, values in found:
             numbers = compat.cells_as_given(mesh)
             yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
@@ -235,8 +237,9 @@ class Checkpoint:
         found = [
             one
             for one in self._quantities()
-            # A state may be older than who has extended it
-            if not (_is_by_cell(one) and Owners.has(one.name) and one.name not in there)
+            # A state may be older than who has extended it, and have what is to come
+            if not (_is_by_cell(one) and Owners.has(one.name))
+            or (one.name in there and one.read() is not None)
         ]
         tables = list(self._by_cell(found))
         raise_everywhere(self._comm, self._fault_of(head, tables, found))
@@ -264,6 +267,7 @@ class Checkpoint:
         for table in head["tables"]:
             if Owners.has(table["name"]) and table["name"] not in state:
                 waiting[table["name"]] = partial(self._late, head, table)
+        contact.owners.claim()
         if contact.updates == 0:
             contact.update()
         self.problem.evaluate()

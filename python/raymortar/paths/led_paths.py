@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -20,6 +21,7 @@ from ..diagnose.lost_contact import loose_bodies
 from ..discretization.ranks import largest
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from ..solvers.solver import forwarded
+from ..state import State
 from .controls import ArcLength, DisplacementControl, mean_weights
 from .load_path import PrescribedPath
 
@@ -58,6 +60,7 @@ class LedPath(PrescribedPath, ABC):
         self._u, self._n = self._contact.u, self._contact.layout.n_u
         self._change = CHANGE * (self._ends[1] - self._ends[0])
         self.trial = self._before = self.factor
+        self._done = 0.0  # `time` at the start, of a path that goes on
 
     @abstractmethod
     def row(self) -> tuple[Array, float, float]:
@@ -104,6 +107,17 @@ class LedPath(PrescribedPath, ABC):
 
     def describe(self) -> str:
         return f"the step after load factor {self.factor:.6g} failed"
+
+    def remember(self) -> list[float]:
+        return [*self._ends, self.factor, *self.sizes.remember()[:4], self._before, self.time]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        begin, end, factor = numbers[:3]
+        if len(numbers) < 9 or self._ends != (factor, end):
+            return
+        self._change = CHANGE * (end - begin)
+        self.sizes.recall(numbers[3:7], as_rest=False)
+        self._before, self._done = numbers[7:9]
 
     def _load(self, factor: float) -> None:
         self._apply(factor, factor - self.factor)
@@ -265,7 +279,7 @@ class DisplacementPath(LedPath):
     @property
     def time(self) -> float:
         """Share of the whole growth of the displacement."""
-        return self.sizes.share
+        return self._done + (1.0 - self._done) * self.sizes.share
 
     def begin(self) -> None:
         super().begin()
@@ -325,6 +339,17 @@ class ArcPath(LedPath):
     def begin(self) -> None:
         super().begin()
         self._state = self._contact.state()
+
+    def remember(self) -> list[float]:
+        return [*super().remember(), self._first or 0.0, self._count]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        super().recall(numbers, starts)
+        if len(numbers) < 11 or not starts:
+            return
+        self.time, self._first, self._count = self._done, numbers[9], int(numbers[10])
+        start = self._contact.u_of(starts[-1])
+        self._last = self._u.x.array - start, self.factor - self._before
 
     def row(self) -> tuple[Array, float, float]:
         """Go ahead along the path at first, later to the sphere's tangent plane."""

@@ -32,6 +32,7 @@ from .load_path import (
     check_solver,
     with_size,
 )
+from .memory import PathMemory
 from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
 from .stabilization import Stabilization
@@ -181,7 +182,10 @@ class LoadSteps:
             forces = self._stabilization = Stabilization(solver, float(stabilize))
             columns["viscous_work"] = lambda: forces.work
             columns["viscous_share"] = lambda: forces.share
-        self._path = self._new_path()
+        self._path, self._memory = self._new_path(), PathMemory(solver.problem.contact)
+        solver.problem.contact.owners["path"] = self._memory
+        if self._stabilization is not None:
+            solver.problem.contact.owners["stabilization"] = self._stabilization
         if control is not None:
             columns["load_factor"] = lambda: self._path.factor
             columns["controlled"] = lambda: self._path.controlled
@@ -235,8 +239,12 @@ class LoadSteps:
         ways.rejected = partial(self._tell, self.on_reject)
         self._warn_of_velocities()
         masters, doubts = MastersOnPath(contact), Doubts(problem)
-        last, snapped, effort = None, False, Effort(problem)
+        snapped, effort = False, Effort(problem)
         masters.look()
+        if self.history is not None:
+            self.history.require_columns()
+        self._memory.follow(path, ways)
+        last = self._memory.starts[-1] if self._memory.starts else None
         while not path.ended:
             before = contact.state()
             progress.solving(path.next)
@@ -281,6 +289,7 @@ class LoadSteps:
             self._tell(self.on_accept)
             ways.accepted(before)
             path.sizes.accept(iterations)
+            self._memory.note(before)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
             yield self._accepted(

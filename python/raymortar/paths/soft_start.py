@@ -131,6 +131,18 @@ class PlainSolver:
         if self._slow >= IN_A_ROW:
             self._find_start()
 
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        found = [self._start is not None, self._slow, self._stays]
+        return [*map(float, found), *self._without_it.remember()]
+
+    def recall(self, numbers: Sequence[float]) -> None:
+        """Go on from numbers. Collective."""
+        if numbers[0]:
+            self._find_start()
+        self._slow, self._stays = int(numbers[1]), numbers[2] > 0.0
+        self._without_it.recall(numbers[3:])
+
     def may_start_softly(self) -> bool:
         """Find a soft start, once, at a state of the path; return whether there is one
         that this step has not tried."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
 
@@ -16,10 +16,10 @@ from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
 from ..errors import ConvergenceError, SetUpError, warn
-from ..state import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..solvers.solver import temporarily
+from ..state import Quantity, State
 from .prediction import Backoff
 from .soft_start import iterations_of
 from .viscosity import Viscosity
@@ -101,6 +101,14 @@ class Stabilization:
         # Motions of bodies, and change of the displacement, in a linear step that has
         # moved a loose body far
         self._free: tuple[Array, Array] | None = None
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield work and share so far."""
+
+        def write(values: Array) -> None:
+            self.work, self.share = values.tolist()
+
+        yield Quantity("work", lambda: np.array([self.work, self.share]), write)
 
     @cached_property
     def _viscosity(self) -> Viscosity:
