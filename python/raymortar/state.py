@@ -54,7 +54,7 @@ class Quantity:
 
     def fault_of(self, array: Array | None) -> str | None:
         """Return why an array of a state cannot be taken over, if so."""
-        if array is None and self.may_lack:
+        if not self.is_of_step or (array is None and self.may_lack):
             return None
         if array is not None and self.fault is not None:
             return self.fault(array)
@@ -154,6 +154,10 @@ class Owners:
         """Add an owner, in place of the one that had its name. Collective."""
         self._owners[key] = owner
         self.claim()
+
+    def get(self, key: str) -> Owner | None:
+        """The owner of a name, if there is one."""
+        return self._owners.get(key)
 
     def claim(self) -> None:
         """Give owners the arrays that have waited for them. Collective."""

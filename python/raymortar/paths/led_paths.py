@@ -92,6 +92,11 @@ class LedPath(PrescribedPath, ABC):
         """Load factor at the start of the step, as its end is not known."""
         return self.factor
 
+    @property
+    def passed(self) -> float:
+        """`time` at the end of the last step."""
+        return self.time
+
     def begin(self) -> None:
         self.trial = self.factor
 
@@ -109,7 +114,7 @@ class LedPath(PrescribedPath, ABC):
         return f"the step after load factor {self.factor:.6g} failed"
 
     def remember(self) -> list[float]:
-        return [*self._ends, self.factor, *self.sizes.remember()[:4], self._before, self.time]
+        return [*self._ends, self.factor, *self.sizes.remember()[:4], self._before, self.passed]
 
     def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
         begin, end, factor = numbers[:3]
@@ -280,6 +285,10 @@ class DisplacementPath(LedPath):
     def time(self) -> float:
         """Share of the whole growth of the displacement."""
         return self._done + (1.0 - self._done) * self.sizes.share
+
+    @property
+    def passed(self) -> float:
+        return self._done + (1.0 - self._done) * self.sizes.done
 
     def begin(self) -> None:
         super().begin()

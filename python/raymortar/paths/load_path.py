@@ -65,6 +65,11 @@ class StepSizes:
         return self._done == self._all
 
     @property
+    def done(self) -> float:
+        """Share of the path after the last step."""
+        return self._done / self._all
+
+    @property
     def share(self) -> float:
         """Share of the path after the next step."""
         return (self._done + self.size) / self._all

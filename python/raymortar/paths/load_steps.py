@@ -32,7 +32,7 @@ from .load_path import (
     check_solver,
     with_size,
 )
-from .memory import PathMemory
+from .memory import memory_of
 from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
 from .stabilization import Stabilization
@@ -182,10 +182,7 @@ class LoadSteps:
             forces = self._stabilization = Stabilization(solver, float(stabilize))
             columns["viscous_work"] = lambda: forces.work
             columns["viscous_share"] = lambda: forces.share
-        self._path, self._memory = self._new_path(), PathMemory(solver.problem.contact)
-        solver.problem.contact.owners["path"] = self._memory
-        if self._stabilization is not None:
-            solver.problem.contact.owners["stabilization"] = self._stabilization
+        self._path, self._memory = self._new_path(), memory_of(solver.problem.contact)
         if control is not None:
             columns["load_factor"] = lambda: self._path.factor
             columns["controlled"] = lambda: self._path.controlled

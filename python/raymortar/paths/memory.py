@@ -14,6 +14,14 @@ from .load_path import PrescribedPath
 from .strategies import Strategies
 
 
+def memory_of(contact: Any) -> PathMemory:
+    """The memory that all paths of a contact share, one after the other. Collective."""
+    found = contact.owners.get("path")
+    if not isinstance(found, PathMemory):
+        found = contact.owners["path"] = PathMemory(contact)
+    return found
+
+
 class PathMemory:
     """Starts of the last two accepted steps, and what solved them, for checkpoints.
 

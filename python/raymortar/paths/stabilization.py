@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from ..errors import ConvergenceError, SetUpError, warn
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..solvers.solver import temporarily
-from ..state import Quantity, State
+from ..state import State
 from .prediction import Backoff
 from .soft_start import iterations_of
 from .viscosity import Viscosity
@@ -101,14 +101,6 @@ class Stabilization:
         # Motions of bodies, and change of the displacement, in a linear step that has
         # moved a loose body far
         self._free: tuple[Array, Array] | None = None
-
-    def quantities(self) -> Iterator[Quantity]:
-        """Yield work and share so far."""
-
-        def write(values: Array) -> None:
-            self.work, self.share = values.tolist()
-
-        yield Quantity("work", lambda: np.array([self.work, self.share]), write)
 
     @cached_property
     def _viscosity(self) -> Viscosity:

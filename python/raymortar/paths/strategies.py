@@ -74,11 +74,11 @@ class Strategies:
 
     def remember(self) -> list[float]:
         """Numbers from which `recall` goes on."""
-        viscous = self.__dict__.get("_viscous") or self._asked_for
+        viscous = self._asked_for or self.__dict__.get("_viscous")
         return [
             WAYS.index(self.used),
             len(self._given),
-            bool(viscous and viscous.has_caught),
+            *((viscous.has_caught, viscous.work) if viscous else (0, 0)),
             *self._lessons.remember(WAYS),
             *self._plain.remember(),
             *(self._prediction.remember() if self._prediction else ()),
@@ -86,13 +86,13 @@ class Strategies:
 
     def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
         """Go on from numbers, and the starts of the last steps. Collective."""
-        used, tenths, has_caught, *numbers = numbers
+        used, tenths, has_caught, work, *numbers = numbers
         self.used = WAYS[int(used)]
         self._given = [lend_tenths(self.solver.problem) for _ in range(int(tenths))]
-        if has_caught:
-            viscous = self._viscous or self._asked_for
-            if viscous:
-                viscous.has_caught = True
+        if has_caught or work:
+            viscous = self._asked_for or self._viscous
+            if viscous is not None:
+                viscous.has_caught, viscous.work = has_caught > 0.0, work
         self._lessons.recall(numbers[:4], WAYS)
         self._plain.recall(numbers[4:9])
         if self._prediction:
