@@ -152,7 +152,8 @@ class Interaction(PointResults, CoupledSystem):
 
     def state(self) -> State:
         """Copy of all unknowns, multipliers and histories, for `restore`: arrays by
-        name, such as ``"unknown 0"`` and ``"accepted 0"``, the accepted displacement."""
+        name, such as ``"unknown 0"`` and ``"accepted 0"``, the accepted displacement.
+        """
         self.unknowns.pull()
         return copy_of(self.quantities())
 
@@ -178,9 +179,12 @@ class Interaction(PointResults, CoupledSystem):
     def extrapolate(self, now: State, last: State, ratio: float) -> None:
         """Add a multiple of the change between two states to all unknowns."""
         for one in self._fields():
-            one.write(one.read() + ratio * (now[one.name] - last[one.name]))
+            values = np.asarray(one.read())
+            one.write(values + ratio * (now[one.name] - last[one.name]))
         for k, body in enumerate(self._free):
-            end, begin = (body.freedom.totals_of(s[f"free body {k}"]) for s in (now, last))
+            end, begin = (
+                body.freedom.totals_of(s[f"free body {k}"]) for s in (now, last)
+            )
             body.freedom.values = body.freedom.values + ratio * (end - begin)
         self.unknowns.pull()
 
@@ -188,7 +192,7 @@ class Interaction(PointResults, CoupledSystem):
         """Take back all but a share of the change of all unknowns since a state."""
         for one in self._fields():
             start = begin[one.name]
-            one.write(start + share * (one.read() - start))
+            one.write(start + share * (np.asarray(one.read()) - start))
         for k, body in enumerate(self._free):
             start = begin[f"free body {k}"][: len(body.freedom)]
             body.freedom.values = start + share * (body.freedom.values - start)
@@ -356,7 +360,7 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
 
 def _other_number(there: Array, here: Array) -> str:
     """Say that a state is of more contacts or fewer."""
-    return f"the state is of {there[0]} contacts, here are {here[0]}"
+    return f"the state is of {there[0]:.0f} contacts, here are {here[0]:.0f}"
 
 
 def _same_displacement(one: Unknowns, other: Unknowns) -> bool:

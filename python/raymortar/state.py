@@ -114,7 +114,7 @@ def common(
 
     Of others `fault` says what both mean, given those of the state and one's own.
     """
-    here = np.array(list(own), dtype=np.int64)
+    here = np.array(list(own), dtype=np.float64)
 
     def differs(there: Array) -> str | None:
         return None if np.array_equal(there, here) else fault(there, here)

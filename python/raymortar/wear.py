@@ -94,7 +94,8 @@ class Wear:
     ----------
     depth
         Depth so far, positive: a Function of degree 1 on the slave's mesh, 0 off the
-        slave surfaces. Give it to ``Checkpoint(more=[wear.depth])`` to keep it.
+        slave surfaces. To start from a worn surface set its values. It is a part of the
+        contact's state, which a `Checkpoint` keeps.
     step
         Largest depth of the last accepted step. Length.
 
@@ -279,8 +280,12 @@ class Wear:
         if self.implicit:
             names = {"array": "depth of the step", "_last": "depth of the last step"}
             for one, name in names.items():
-                yield Quantity(name, partial(getattr, self, one), partial(setattr, self, one), V)
-            yield Quantity("wear of the last step", lambda: np.array(self._then), self._set_then)
+                yield Quantity(
+                    name, partial(getattr, self, one), partial(setattr, self, one), V
+                )
+            yield Quantity(
+                "wear of the last step", lambda: np.array(self._then), self._set_then
+            )
 
     def _set_then(self, value: Array) -> None:
         self._then = float(value)

@@ -23,12 +23,12 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..state import State
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
+from ..state import Owner, Quantity, State
 from .account import Account, Energy
 from .inertia import Inertia
 from .motion import End, Motion, MovingVolume
@@ -205,14 +205,15 @@ class TimeSteps(LoadSteps):
 
     @property
     def fields(self) -> list[Function]:
-        """Functions of the accepted step besides the unknowns, which a `Checkpoint` has
-        to have in `more`."""
+        """Functions of the accepted step besides the unknowns. A `Checkpoint` has them by
+        itself."""
         return self.motion.fields
 
     def quantities(self) -> Iterator[Quantity]:
         """Yield the arrays of motion and of its account, by which it extends the
         state."""
-        for one in (self.motion, self.bodies, self._account):
+        owners: tuple[Owner, ...] = self.motion, self.bodies, self._account
+        for one in owners:
             yield from one.quantities()
 
     def resume(self, time: float) -> None:
@@ -222,7 +223,9 @@ class TimeSteps(LoadSteps):
             if not (is_real_number(time) and time <= self.path[1]):
                 raise ContactError(f"time must be one before the end, not {time!r}")
             lacking = [
-                name for name in self._problem.contact.owners.lacking if "motion" in name
+                name
+                for name in self._problem.contact.owners.lacking
+                if "motion" in name
             ]
             if lacking:
                 raise ContactError(

@@ -30,7 +30,7 @@ from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .zone_data import on_sides, opposite_points
+from .zone_data import ZoneData, on_sides, opposite_points
 
 
 class Follower(Owner, Protocol):
@@ -250,7 +250,7 @@ class PresentState:
         numbers: of the contact and of its first zone."""
         surfaces, scalar = self._surfaces, self._surfaces.scalar
         is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
-        zones = np.arange(len(self._zones))
+        zones = np.zeros(len(self._zones))
         yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
         yield common(f"smooth {number}", [is_curved], _other_surfaces)
         yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
@@ -259,10 +259,9 @@ class PresentState:
             yield of_function(name, self._multiplier, is_unknown=True)
         if self._slip is not None:
             yield of_function(f"slip {number}", self._slip, may_lack=True)
-        one = self._augmentation
-        if one is not None:
-            name = f"augmentation {number}"
-            yield Quantity(name, lambda: one.array, one.set, scalar)
+        if self._augmentation is not None:
+            of = partial(getattr, self._augmentation, "array"), self._augmentation.set
+            yield Quantity(f"augmentation {number}", *of, scalar)
         for k, zone in enumerate(self._zones, first):
             yield from self._of_zone(zone, k)
         for follower in self.followers:

@@ -22,7 +22,6 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.coefficients import SAME, PairCoefficients
 from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian
 from ..problem import CoupledProblem
@@ -31,6 +30,7 @@ from ..state import Owners, Quantity, State, of_function
 from .history import History
 from .output import by_mesh
 from .patch_columns import rigid_bodies
+from .settings import settings
 from .tables import Rows, Table, as_list, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
@@ -111,29 +111,16 @@ class Checkpoint:
     def _quantities(self) -> list[Quantity]:
         """All that the file has: what is set for a step, the state, what a history goes
         on from, Functions."""
-        found = [*self._settings(), *self.problem.contact.quantities()]
+        found = [
+            *settings(self.problem, self._bodies),
+            *self.problem.contact.quantities(),
+        ]
         if self.history is not None:
             found += self.history.quantities()
         for k, f in enumerate(self._more):
             if not any(_is_of(f, one) for one in found):  # more than once
                 found.append(of_function(f"more[{k}] {f.name}", f))
         return found
-
-    def _settings(self) -> Iterator[Quantity]:
-        """Yield what a state does not have, as programs set it: places of tools, steps
-        so far, coefficients."""
-        problem = self.problem
-
-        def count(steps: Array) -> None:
-            problem.steps_accepted = int(steps)
-
-        yield Quantity("steps", lambda: np.array(problem.steps_accepted), count)
-        for k, body in enumerate(self._bodies):
-            for name in ("moved", "turned"):
-                of = partial(getattr, body.cpp, name), partial(setattr, body.cpp, name)
-                yield Quantity(f"{name} {k}", *of)
-        for k, one in enumerate(problem.contact.contacts):
-            yield from _coefficients(one, k)
 
     # Writing
 
@@ -202,9 +189,7 @@ class Checkpoint:
                 values[np.arange(len(number))[:, None], slots] = held
             count = self._comm.allreduce(len(number))
             first = sum(self._comm.allgather(len(number))[: self._comm.rank])
-            table = np.column_stack(
-                [number, values.reshape(len(number), size * gdim)]
-            )
+            table = np.column_stack([number, values.reshape(len(number), size * gdim)])
             yield Table(one.name, count, np.arange(len(number)) + first, table)
 
     def _slots(self, zone: Any) -> tuple[Rows, Any, int]:
@@ -244,7 +229,9 @@ class Checkpoint:
         tables = list(self._by_cell(found))
         raise_everywhere(self._comm, self._fault_of(head, tables, found))
         known = [there[table.name] for table in tables]
-        springs = [there[one.name] for one in filter(_is_by_facet, found) if one.name in there]
+        springs = [
+            there[one.name] for one in filter(_is_by_facet, found) if one.name in there
+        ]
         of = {**head, "tables": known + springs}
         numbers = [table.number for table in tables]
         numbers += [np.arange(table["rows"]) for table in springs]
@@ -316,11 +303,11 @@ class Checkpoint:
             law, own = known.get("law"), _law(one)
             if law and own and law != own:
                 return self._says(f"its contact[{k}] has {law}, here is {own}")
-        here = {table.name for table in tables}
+        names = {table.name for table in tables}
         saved = [
             one
             for one in head["tables"]
-            if one["name"] in here
+            if one["name"] in names
             or not (one["name"].startswith("springs") or Owners.has(one["name"]))
         ]
         for k, table in enumerate(tables):
@@ -397,42 +384,3 @@ def _is_of(f: Function, one: Quantity) -> bool:
         return False
     array = one.read()
     return array is not None and np.shares_memory(array, f.x.array)
-
-
-def _coefficients(contact: Any, k: int) -> Iterator[Quantity]:
-    """Yield the coefficient of a contact, a number or one by pair of bodies, and whether
-    it is that of (5.16): a path may have changed it, and automatic ones differ by
-    rounding with the partition. A Function is the program's."""
-    assembly = contact.assembly
-
-    def read() -> Array | None:
-        own = assembly.own_gamma
-        tables = getattr(own, "tables", [own] if is_real_number(own) else None)
-        return tables and np.concatenate([np.ravel(table) for table in tables])
-
-    def write(values: Array | None) -> None:
-        if values is None:
-            return
-        if len(values) == 1:
-            contact.set_gamma(float(values[0]))
-            return
-        own = read()
-        if own is not None and len(own) == len(values):
-            # On another partition bodies have other numbers
-            ratio = np.sort(values) / np.sort(own)
-            if np.ptp(ratio) <= SAME * ratio[0]:
-                if abs(ratio[0] - 1.0) > SAME:
-                    contact.set_gamma(ratio[0] * assembly.own_gamma)
-                return
-        of = contact.interfaces
-        shapes = [(len(a), len(b)) for a, b in zip(of.slave, of.master)]
-        parts = np.split(values, np.cumsum([a * b for a, b in shapes])[:-1])
-        tables = [part.reshape(shape) for part, shape in zip(parts, shapes)]
-        contact.set_gamma(PairCoefficients(of, tables))
-
-    def soften(is_soft: Array) -> None:
-        if is_soft:
-            assembly.soft_gamma = assembly.own_gamma
-
-    yield Quantity(f"gamma {k}", read, write, may_lack=True)
-    yield Quantity(f"soft {k}", lambda: np.array(int(assembly.gamma_is_soft)), soften)

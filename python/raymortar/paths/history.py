@@ -39,23 +39,13 @@ from .patch_columns import (
     patch_columns,
     torque_columns,
 )
+from .records import checked, numbers, read_records
 
 # First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
     *("force_", "normal_", "tangential_", "radial_", "reaction_", "push_"),
     *("moment_", "torque_", "area_", "work_", "energy", "friction_work", "stored_"),
 )
-
-
-def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
-    """Convert the values of a record."""
-    for name, value in row.items():
-        try:
-            float(value)
-        except (TypeError, ValueError):
-            message = f"{name} of a record must be a number, not {value!r}"
-            raise ContactError(message) from None
-    return {name: float(value) for name, value in row.items()}
 
 
 def _parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
@@ -314,7 +304,7 @@ class History:
         """
         self.require_columns()
         with together(self._comm):
-            row = _numbers(
+            row = numbers(
                 {"time": time, "iterations": iterations, "halvings": halvings}
             )
         for names, values in self._sources:
@@ -323,7 +313,7 @@ class History:
         more = {name: number() for name, number in self._more.items()}
         with together(self._comm):
             if self._comm.rank == 0:  # it alone evaluates and writes them
-                row |= _numbers(more)
+                row |= numbers(more)
         self.rows.append(self._row(**self._comm.bcast(row, root=0)))
         self._write(self.rows[-1:] if self._begun else self.rows)
 
@@ -379,17 +369,15 @@ class History:
             if not is_real_number(until):
                 raise ContactError(f"until must be a load factor, not {until!r}")
             if rows is not None:
-                found = self._checked(rows)
+                found = checked(rows, len(self.columns))
             elif self._comm.rank == 0:
-                found = self._checked(self._read())
+                found = read_records(self.path, self.columns)
         kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
         self._works.begin_here()
         self._begin_anew()
 
-    def go_on(
-        self, columns: Sequence[str], rows: Sequence[Sequence[float]]
-    ) -> None:
+    def go_on(self, columns: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
         """Go on from records whose columns may be more than there are here: those wait
         until they are included. Collective."""
         self._awaited = set(columns[len(self.columns) :])
@@ -401,32 +389,3 @@ class History:
         """Write the file anew with the records. Collective."""
         self._begun = False
         self._write(self.rows)
-
-    def _checked(self, rows: Any) -> list[list[float]]:
-        """Check that records are numbers, one for each column."""
-        try:
-            found = [[float(value) for value in row] for row in rows]
-        except (TypeError, ValueError):
-            message = f"rows must be records, as of History.rows, not {rows!r}"
-            raise ContactError(message) from None
-        n = len(self.columns)
-        for i, row in enumerate(found):
-            if len(row) != n:
-                message = f"record {i} has {len(row)} values, this history {n} columns"
-                raise ContactError(message)
-        return found
-
-    def _read(self) -> list[list[float]]:
-        """Read the complete records of the file."""
-        if self.path is None:
-            raise ContactError("a history without a file has none to go on from")
-        try:
-            text = self.path.read_text(encoding="utf-8")
-            # The line that a killed run was writing has no end
-            head, *lines = csv.reader(text.split("\n")[:-1])
-            rows = [[float(x) for x in values] for values in lines]
-        except (OSError, ValueError) as error:
-            raise ContactError(f"{self.path} cannot be read: {error}") from None
-        if tuple(head) != self.columns:
-            raise ContactError(f"{self.path} has other columns than this history")
-        return rows

@@ -23,7 +23,8 @@ from ..errors import (
 from ..state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
-from .led_paths import ArcPath, DisplacementPath
+from .arc_path import ArcPath
+from .led_paths import DisplacementPath
 from .load_path import (
     ArcSizes,
     PrescribedPath,
@@ -240,7 +241,7 @@ class LoadSteps:
         masters.look()
         if self.history is not None:
             self.history.require_columns()
-        self._memory.follow(path, ways)
+        self._memory.follow(self, path, ways)
         last = self._memory.starts[-1] if self._memory.starts else None
         while not path.ended:
             before = contact.state()

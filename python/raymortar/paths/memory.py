@@ -34,17 +34,21 @@ class PathMemory:
     def __init__(self, contact: Any) -> None:
         self._contact = contact
         self.starts: list[State] = []
-        self._of: tuple[PrescribedPath, Strategies] | None = None
+        self._of: tuple[Any, PrescribedPath, Strategies] | None = None
+        # Of a file, until a path goes on from it
         self._read: dict[str, list[float]] = {}
+        self._begun: dict[int, State] = {}
 
-    def follow(self, path: PrescribedPath, ways: Strategies) -> None:
-        """Follow a path from its beginning. It goes on from the one that was read."""
-        known, self._read, self._of = self._read, {}, (path, ways)
-        if not known:
-            self.starts = []
-            return
-        path.recall(known["path"], self.starts)
-        ways.recall(known["ways"], self.starts)
+    def follow(self, steps: Any, path: PrescribedPath, ways: Strategies) -> None:
+        """Follow the path and the ways of `LoadSteps`. They go on from what was read.
+        Collective."""
+        known, self._read, self._of = self._read, {}, (steps, path, ways)
+        self.starts = [self._begun[k] for k in sorted(self._begun)]
+        self._begun = {}
+        if known:
+            steps.halvings = int(known["steps"][0])
+            path.recall(known["path"], self.starts)
+            ways.recall(known["ways"], self.starts)
 
     def note(self, begin: State) -> None:
         """Note where an accepted step began."""
@@ -56,7 +60,7 @@ class PathMemory:
             for one in self._contact.changing():
                 of = partial(self._start, k, one.name), partial(self._take, k, one.name)
                 yield Quantity(f"{k} {one.name}", *of, one.by, is_of_step=False)
-        for name in ("path", "ways"):
+        for name in ("steps", "path", "ways"):
             of = partial(self._numbers, name), partial(self._set_numbers, name)
             yield Quantity(name, *of, is_of_step=False)
 
@@ -64,14 +68,14 @@ class PathMemory:
         return self.starts[k][name] if k < len(self.starts) else None
 
     def _take(self, k: int, name: str, values: Array) -> None:
-        if name == "unknown 0":  # the first one
-            self.starts = [*self.starts[:k], State()]
-        self.starts[k][name] = values
+        self._begun.setdefault(k, State())[name] = values
 
     def _numbers(self, name: str) -> Array | None:
         if self._of is None:
             return None
-        path, ways = self._of
+        steps, path, ways = self._of
+        if name == "steps":
+            return np.array([steps.halvings], dtype=np.float64)
         numbers = path.remember() if name == "path" else ways.remember()
         return np.array(numbers, dtype=np.float64)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from dolfinx.fem import Function
@@ -49,7 +49,7 @@ DOUBTFUL = 1e-5, 1e3
 MOST_KNOWN = 2
 
 
-Coefficient = float | Function | PairCoefficients
+Coefficient: TypeAlias = float | Function | PairCoefficients
 
 
 @dataclass

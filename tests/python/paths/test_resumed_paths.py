@@ -90,9 +90,7 @@ def sunk(control):
 def landing():
     problem, steps, _ = resting("quadrilateral", 0.1, Coulomb(0.3), stabilize=True)
     history = History(problem)
-    return Case(
-        problem, history, steps.apply, options=lambda _: {"stabilize": True}
-    )
+    return Case(problem, history, steps.apply, options=lambda _: {"stabilize": True})
 
 
 CASES = {
@@ -159,7 +157,9 @@ def test_columns_that_nothing_gives_any_more_are_named(folder):
     assert other.checkpoint(path).read() == factor
     assert other.history.columns == case.history.columns
     other.options = lambda _: {}
-    with pytest.raises(ContactError, match=r"have \['controlled', 'load_factor'\], whi"):
+    with pytest.raises(
+        ContactError, match=r"have \['controlled', 'load_factor'\], whi"
+    ):
         other.follow(10, factor).run()
 
 
@@ -169,7 +169,7 @@ def small_gamma_from_the_first_step(case, steps, begin=0.0):
     path = case.follow(steps, begin)
     for k, step in enumerate(path):
         if k == 0 and begin == 0.0:
-            ways = path._memory._of[1]
+            ways = path._memory._of[2]
             ways._given.append(lend_tenths(case.problem))
         yield step
 
