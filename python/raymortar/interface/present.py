@@ -193,7 +193,7 @@ class PresentState:
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
-        self.steps = 0  # accepted so far
+        self.steps = self.returns = 0  # accepted, and gone back to, so far
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -366,6 +366,7 @@ class PresentState:
 
     def restore(self, state: ContactState) -> None:
         """Go back to a state that has no fault."""
+        self.returns += 1
         self._u.x.array[:] = state.u
         if state.unknowns is not None:
             self._unknowns.set_values(state.unknowns)
