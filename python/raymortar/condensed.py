@@ -111,7 +111,7 @@ class CondensedProblem:
         self._x, self._b = (self.coupled.create_vector() for _ in range(2))
         self._condensation = Condensation(self.contact)
         self._n = self._condensation.n
-        self._shown = self._present()
+        self._shown, self._begun = self._present(), self._returns()
         self._newton = Newton(self._shown)
         # Of the last residual: the user's unknowns, None where there is none; its rows,
         # the multipliers, and how these have to change to balance slave nodes
@@ -196,11 +196,11 @@ class CondensedProblem:
     def _multipliers(self, x: Array) -> Array:
         """Owned multipliers where the user's owned unknowns are x: those of Newton's
         method, or the present ones if something else has set these. Collective."""
-        present = self._present()
-        is_own = np.array_equal(present, self._shown)
+        present, returns = self._present(), self._returns()
+        is_own = np.array_equal(present, self._shown) and returns == self._begun
         if not self.comm.allreduce(is_own, op=MPI.LAND):
             destroy(self._newton.by_x)
-            self._newton = Newton(present)
+            self._newton, self._begun = Newton(present), returns
         found = self._newton.at(x)
         if self.comm.allreduce(bool(np.isfinite(found).all()), op=MPI.LAND):
             return found
@@ -208,6 +208,10 @@ class CondensedProblem:
         destroy(self._newton.by_x)
         self._newton = Newton(np.zeros_like(found))
         return self._newton.lam
+
+    def _returns(self) -> int:
+        """How often the contacts have gone back to a state."""
+        return sum(part.present.returns for part in self.contact.parts)
 
     def _present(self) -> Array:
         """Owned multipliers that the contact has at present."""

@@ -114,11 +114,13 @@ def cantilever(method=DUAL):
 
 
 def iterates(problem, share=1.0, count=10):
-    """Owned displacements of Newton's iterates, with a share of each step, by the coupled
-    problem or the condensed one."""
+    """Owned displacements of Newton's iterates from the present state, with a share of
+    each step, by the coupled problem or the condensed one."""
     x, b, A = problem.create_vector(), problem.create_vector(), problem.create_matrix()
     dx, n = x.duplicate(), problem.contact.layout.n
-    x.array[:n] = problem.u.x.array[:n]
+    whole = problem.contact.layout.create_vector()
+    problem.contact.to_vector(whole)
+    x.array[:] = whole.array_r[: x.getLocalSize()]
     ksp = PETSc.KSP().create(COMM)
     ksp.setType("preonly")
     ksp.getPC().setType("lu")

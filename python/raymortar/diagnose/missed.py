@@ -37,6 +37,8 @@ BEHIND = -0.5
 # After one solve: distance, in sizes of the largest body, and in motions of this solve,
 # beyond which a slave is not on its way to its master
 AWAY, MANY = 2.0, 20.0
+# Motion of a solve of which nothing follows, in sizes of the largest body
+AT_REST = 1e-9
 # Cosine between normals of slave and master above which they do not face each other
 FACING = -0.1
 # Times that a message is about
@@ -109,15 +111,15 @@ def warn_of_missed_masters(problem: CoupledProblem) -> None:
     contact = problem.contact
     MastersOnPath(contact).look()
     waits = any(zone.met for zone in contact.zones)
-    way = _way(contact)
-    far = max(AWAY * _largest_body(contact), MANY * way)
+    way, size = _way(contact), _largest_body(contact)
+    moves, far = way > AT_REST * size, max(AWAY * size, MANY * way)
     for zone in contact.zones:
         if zone.facets.bodies:
-            if not (waits or zone.tied) and way > 0.0:
+            if moves and not (waits or zone.tied):
                 _warn_of_far_tools(zone, far)
         elif _is_open(zone):
             found = _nearest(zone, contact.u.x.array)
-            is_off = way > 0.0 and (not found.faces or found.distance > far)
+            is_off = moves and (not found.faces or found.distance > far)
             if found.has_crossed(contact.u_old) or (is_off and not waits):
                 zone.met.add(0)  # told once
                 warn(_text_of_facets(zone, found, SO_FAR), 5)
