@@ -200,8 +200,14 @@ def test_radiation_takes_full_steps_however_residuals_grow():
 @pytest.mark.parametrize(
     "options, words",
     [
-        ({"snes_max_it": 3}, r"largest number of iterations was reached\), .*snes_max_it"),
-        ({"snes_divergence_tolerance": 1e4}, r"divergence tolerance\), .*as it is by default"),
+        (
+            {"snes_max_it": 3},
+            r"largest number of iterations was reached\), .*snes_max_it",
+        ),
+        (
+            {"snes_divergence_tolerance": 1e4},
+            r"divergence tolerance\), .*as it is by default",
+        ),
     ],
 )
 def test_a_failure_names_its_reason_and_a_remedy(options, words):

@@ -175,7 +175,9 @@ def test_condensed_under_tresca(divisions):
 def test_condensed_step_where_the_rim_has_just_entered_a_facet(law):
     """It is the step of the coupled system, whose tangent there is the derivative: out of
     balance, with a node that has hardly any area."""
-    blocks, other = (soft_on_stiff("quadrilateral", stiff=10.0, law=law) for _ in range(2))
+    blocks, other = (
+        soft_on_stiff("quadrilateral", stiff=10.0, law=law) for _ in range(2)
+    )
     problem, coupled = blocks.condensed(), other.coupled()
     for one in (blocks, other):
         one.load.value[:] = 0.004, -0.03

@@ -80,6 +80,7 @@ struct ContactState
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
   bool moving_segments = false; ///< differentiate through the vertices, too
+  bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
   FacetField gamma;         ///< traction per length
   PairFactors pair_factors; ///< of gamma, where a master is hit
   FacetField offset;        ///< added to gaps, > 0: a clearance. Length

@@ -34,6 +34,8 @@ struct NodeState : FrictionState<D, M>
 {
   double area;
   double whole; ///< area around the node, covered or not
+  bool eliminated;
+  double unit;   ///< the row is A C over it  [theory (4.25), (4.31)]
   double length; ///< of the sum of normals
   NodeTie<D> tie;
 
@@ -50,6 +52,9 @@ struct NodeState : FrictionState<D, M>
     // row of an open node is then continuous where its cover ends
     whole = sums.at(node, NodeSum::whole);
     this->gamma = sums.at(node, NodeSum::gamma) / whole;
+    eliminated = s.eliminated;
+    unit =
+        eliminated ? sums.at(node, NodeSum::whole_gamma) / whole : this->gamma;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
@@ -99,7 +104,7 @@ template <int D, int M, class Response>
 void set_derivatives(const NodeState<D, M>& at, const Response& r,
                      double coefficient, NodeCondition<D, M>& c)
 {
-  const double unit = at.gamma; // the row is A C over it  [theory (4.25)]
+  const double unit = at.unit;
   const Mat<D, D> turn =
       (Mat<D, D>::Identity() - at.n * at.n.transpose()) / at.length;
   c.by_lam = at.area / unit * r.C_lam;
@@ -122,7 +127,8 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     by_gamma += r.C_w * at.w - r.C_rate;
     by_size += r.C_w * at.w + coefficient * r.C_coefficient;
   }
-  by_gamma -= r.C;
+  if (not at.eliminated)
+    by_gamma -= r.C;
   c.by_gamma = at.area / (at.whole * at.gamma * unit) * by_gamma;
   c.by_area =
       (r.C - by_size) / unit + c.by_tie * at.tie.by_area.template head<M>();
@@ -147,7 +153,7 @@ node_condition(const ContactState& s, Index node)
   if (s.friction)
     c.slip = at.w - at.n.dot(at.w) * at.n;
   c.beyond = at.tie.beyond;
-  c.row = at.area / at.gamma * r.C;
+  c.row = at.area / at.unit * r.C;
   const bool has_field = not s.friction_coefficient.empty();
   const double coefficient =
       has_field ? s.node_sums.at(node, NodeSum::coefficient) / at.area : 0.0;

@@ -143,6 +143,10 @@ public:
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
+  /// @brief Set whether the next residuals and tangents belong to a system from
+  /// which multipliers are eliminated  [theory (4.31)].
+  void set_eliminated(bool on) { _interface.set_eliminated(on); }
+
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
   /// @param[in] factors Of gamma by the bodies of a slave and a master facet

@@ -75,6 +75,9 @@ public:
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
+  /// @brief See Zone::set_eliminated.
+  void set_eliminated(bool on) { _state.eliminated = on; }
+
   /// @brief See Zone::set_gamma.
   void set_gamma(std::span<const double> gamma, double scale,
                  PairFactors factors);

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
@@ -12,21 +12,25 @@ import numpy as np
 import ufl
 
 from ..compat import Array
+from ..contact import Contact
 from ..errors import warn
-from ..interface.point_results import CLOSED
+from ..interface.point_results import CLOSED, PointStatus
 from ..problem import CoupledProblem
 
 # Solves under other loads from one state: two may be a load and the way to it
 SEVERAL = 3
+# Part of the forces on slipping points from which the way matters: what sticks is the
+# same however it came
+SLIPPING = 0.05
 
 
 @dataclass
 class _Solves:
-    """Solves of a problem since the last step that was accepted, or gone back to."""
+    """Solves that slip since the last step that was accepted, or gone back to."""
 
     begin: tuple[int, ...]
     loads: Array
-    count: int = 1
+    count: int = 0
     told: bool = False
 
 
@@ -47,15 +51,13 @@ def warn_of_unaccepted_solves(problem: CoupledProblem) -> None:
     loads, known = np.concatenate([*_loads(problem)]), _SOLVES.get(problem)
     if known is None or known.begin != begin:
         told = known is not None and known.told
-        _SOLVES[problem] = _Solves(begin, loads, told=told)
-        return
+        known = _SOLVES[problem] = _Solves(begin, np.empty(0), told=told)
     same = np.array_equal(loads, known.loads)
     if known.told or problem.comm.allreduce(same, op=MPI.LAND):
         return
-    known.loads, known.count = loads, known.count + 1
-    points = [zone.points()["status"] for one in rubbed for zone in one.zones]
-    closed = any(bool(np.any(status >= CLOSED)) for status in points)
-    if known.count < SEVERAL or not problem.comm.allreduce(closed, op=MPI.LOR):
+    known.loads = loads
+    known.count += _slip(problem, rubbed)
+    if known.count < SEVERAL:
         return
     known.told = True
     warn(
@@ -64,6 +66,17 @@ def warn_of_unaccepted_solves(problem: CoupledProblem) -> None:
         "each solve of a path",
         5,
     )
+
+
+def _slip(problem: CoupledProblem, rubbed: Sequence[Contact]) -> bool:
+    """Whether contacts with friction slip by enough to matter. Collective."""
+    sums = np.zeros(2)
+    for zone in (zone for one in rubbed for zone in one.zones):
+        points = zone.points()
+        force, status = np.abs(points["weight"] * points["pressure"]), points["status"]
+        sums += force[status == PointStatus.SLIP].sum(), force[status >= CLOSED].sum()
+    slips, closed = problem.comm.allreduce(sums)
+    return bool(slips > SLIPPING * closed)
 
 
 def _loads(problem: CoupledProblem) -> Iterator[Array]:

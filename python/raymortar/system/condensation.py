@@ -257,7 +257,8 @@ class Condensation:
 
     def change(self, b: Array, lam: Array) -> Array:
         """Find how multipliers have to change to balance slave nodes, from the residual of
-        all unknowns [theory (4.30)]: those of held nodes extend the others. Collective."""
+        all unknowns [theory (4.30)]: those of held nodes extend the others. Collective.
+        """
         found = self._by_force * product(self.tests, b[: self.n]) + self._found * lam
         if self._extends is not None:
             found = product(self._extends, found)

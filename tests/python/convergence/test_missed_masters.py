@@ -107,7 +107,7 @@ def test_a_solve_by_itself_tells_of_a_master_that_it_has_passed(way, beside, cou
 
 
 def alone(pair, way, gap=0.0, loads=1, scale=1.0, friction=None, between=None):
-    """Warnings of solves that are no part of a path."""
+    """Warnings of solves that are no part of a path; with friction they drag as well."""
     scene = two_blocks(COMM, 2, "quadrilateral", 3, 2, gap=gap)
     scene.mesh.geometry.x[:] *= scale
     V = vector_space(scene.mesh, 1)
@@ -120,6 +120,7 @@ def alone(pair, way, gap=0.0, loads=1, scale=1.0, friction=None, between=None):
         warnings.simplefilter("always", ContactWarning)
         for k in range(1, loads + 1):
             top.value[-1] = k * way * scale
+            top.value[0] = 0.0 if friction is None else -k * way * scale
             problem.solve()
             if between is not None:
                 between(contact)
@@ -160,7 +161,7 @@ def test_a_solve_by_itself_is_silent_on_the_way_and_at_rest(pair, way, gap):
 
 @pytest.mark.mpi
 def test_solves_that_nobody_accepts_are_told_once_with_friction():
-    (text,) = alone(CONTACT, -0.01, loads=5, friction=Coulomb(0.3))
+    (text,) = alone(CONTACT, -0.01, loads=5, friction=Coulomb(0.1))
     assert text.startswith("3 solves under other loads without contact.advance()")
 
 
@@ -175,6 +176,11 @@ def test_solves_that_are_accepted_or_taken_back_are_not_told(then):
         elif then == "restore":
             contact.restore(begin[0])
 
-    friction = None if then == "no friction" else Coulomb(0.3)
+    friction = None if then == "no friction" else Coulomb(0.1)
     way = 0.0 if then == "same loads" else -0.01
     assert not alone(CONTACT, way, loads=5, friction=friction, between=between)
+
+
+def test_solves_that_stick_are_not_told():
+    """Their end is the same however it is reached."""
+    assert not alone(CONTACT, -0.01, loads=5, friction=Coulomb(2.0))
