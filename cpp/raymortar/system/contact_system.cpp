@@ -217,7 +217,7 @@ NodeWeights ContactSystem::node_weights(std::size_t contact) const
     weights.area[k] = sums.at(node, NodeSum::area);
     if (weights.area[k] > 0.0)
       weights.gamma[k] =
-          sums.at(node, NodeSum::gamma) / sums.at(node, NodeSum::whole);
+          sums.at(node, NodeSum::whole_gamma) / sums.at(node, NodeSum::whole);
   }
   return weights;
 }
