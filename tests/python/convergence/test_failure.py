@@ -28,13 +28,13 @@ from raymortar.diagnose.failure import (
     describe,
     describe_failure,
     list_of_residuals,
-    reason_in_words,
     strange_gammas,
     swaps,
 )
 from raymortar.diagnose.inverted import most_compressed
 from raymortar.interface.stiffness import stiffness_ratios
 from raymortar.results.sums import Statistics
+from raymortar.solvers.petsc_objects import reason_in_words
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)
