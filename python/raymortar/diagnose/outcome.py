@@ -13,7 +13,8 @@ from ..rigid.body import LARGEST_TURN
 from .failure import describe
 from .findings import DEEP, UNRESOLVED, deepest_on_tools, findings
 from .lost_contact import lost_contact
-from .missed import warn_of_passed_masters
+from .missed import warn_of_missed_masters
+from .unaccepted import warn_of_unaccepted_solves
 
 # Factor by which a doubt must be worse to be warned of again
 WORSE = 2.0
@@ -38,10 +39,11 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     doubts.end(stacklevel=4)
     loss = lost_contact(problem)
     if loss is None:
-        warn_of_passed_masters(problem.contact)
+        warn_of_missed_masters(problem)
     else:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
         warn(text, 4)
+    warn_of_unaccepted_solves(problem)
 
 
 class Doubts:

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, what_limits
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
@@ -381,6 +381,8 @@ class LoadSteps:
         texts += more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
+            if self.control is None:
+                texts += what_limits(self._problem, self.max_halvings)
         return ConvergenceError(
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"
