@@ -193,7 +193,7 @@ class CoupledProblem:
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
-        return self.contact.create_vector(self.L)
+        return self.contact.layout.create_vector()
 
     def residual_floor(self) -> float:
         """Norm below which a residual is rounding error: of every body its stiffness
@@ -349,7 +349,6 @@ class CoupledProblem:
         rows = self.volume.forces(self.bcs)
         b = self.create_vector()
         self.contact.assemble_vector(b)
-        b.assemble()
         rows += b.getArray(readonly=True)[: self.contact.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]
