@@ -191,7 +191,9 @@ class CoupledIterates:
         self.layout.to_vector(x, self._scales)
 
     def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        """Copy the solver's unknowns to the functions and their ghosts, and to those of
+        x, if it has any. Collective."""
+        x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         self.layout.from_vector(x, self._scales)
 
     # Residual
