@@ -111,7 +111,7 @@ class CoupledProblem:
         forms = list(F) if isinstance(F, (list, tuple)) else [F]
         at = sorted({one.at for one in unknowns.displacements})
         moving = [forms[k] for k in at], [functions[k] for k in at]
-        warn_of_inertia(*moving, stacklevel=3)
+        warn_of_inertia(*moving)
         self.forms = F, J
         compiled = partial(
             compat.form,

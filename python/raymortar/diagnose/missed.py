@@ -78,7 +78,7 @@ class MastersOnPath:
                 if is_behind or not is_met:
                     zone.met.add(0)  # told once
                     text = _text_of_facets(zone, place, distance, is_behind)
-                    warn(text, 4)
+                    warn(text)
 
     def _warn_of_tools(self, start: Array, zone: ZoneData) -> None:
         """Warn of the rigid bodies that a slave has not met. Collective."""
@@ -92,7 +92,7 @@ class MastersOnPath:
             size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
             moved = bool(np.any(body.motion() != start[k]))
             if moved or _distance(body, box.mean(axis=0)) > FAR * size:
-                warn(_text(zone, body, box), 5)
+                warn(_text(zone, body, box))
 
 
 def warn_of_passed_masters(contact: Interaction) -> None:
@@ -107,7 +107,7 @@ def warn_of_passed_masters(contact: Interaction) -> None:
             if is_behind:
                 zone.met.add(0)  # told once
                 text = _text_of_facets(zone, place, distance, True, "so far")
-                warn(text, 5)
+                warn(text)
 
 
 def _is_open(zone: ZoneData) -> bool:

@@ -262,7 +262,7 @@ class LoadSteps:
             self._reached()
             problem.evaluate()
             masters.look()
-            doubts.warn(stacklevel=3)
+            doubts.warn()
             if ways.released and not snapped:
                 snapped = True
                 text = (
@@ -271,7 +271,7 @@ class LoadSteps:
                     "without inertia its end is one of several. See LoadStep.released; "
                     "control= follows the path of equilibria"
                 )
-                warn(text, 3)
+                warn(text)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -294,12 +294,12 @@ class LoadSteps:
             )
         ways.finish()
         masters.warn()
-        doubts.end(stacklevel=3)
+        doubts.end()
         for one in contact.contacts:
             for watcher in one.assembly.present.watchers:
                 text = watcher.path_ended()
                 if text is not None:
-                    warn(text, 3)
+                    warn(text)
 
     # Parts of a step
 
@@ -323,7 +323,7 @@ class LoadSteps:
                     f"{body.velocity} of the rigid {body.name}: dynamics.TimeSteps takes "
                     "it, and Body.move prescribes a motion"
                 )
-                warn(text, 4)
+                warn(text)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""
