@@ -193,7 +193,10 @@ class CoupledIterates:
     def from_vector(self, x: PETSc.Vec) -> None:
         """Copy the solver's unknowns to the functions and their ghosts, and to those of
         x, if it has any. Collective."""
-        x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        with x.localForm() as local:
+            has_ghosts = bool(local)
+        if has_ghosts:
+            x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         self.layout.from_vector(x, self._scales)
 
     # Residual
