@@ -44,9 +44,10 @@ class Contact(NodalFields, Sides):
     pairs
         ``[(slave, master), ...]``: tags of facets by number or, with `names`, by name.
         Pairs with the same slave are one slave surface that meets all their masters. A
-        master may be a shape of `rigid`, or a `rigid.Body` that moves one. With
-        `Penalty` a tag may be slave and master; ``"all"``, or ``("all", tool)``: every
-        exterior facet may meet every other, and the tool.
+        master may be a shape of `rigid`, or a `rigid.Body` that moves one; with
+        ``("all", tool)`` every exterior facet may meet it. With `Penalty` a tag may be
+        slave and master, and with ``"all"``, which is ``[("all", "all")]``, every
+        exterior facet may meet every other.
     method
         `AugmentedLagrangian` or `Penalty`; where a surface meets itself the latter.
     friction

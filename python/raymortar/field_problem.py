@@ -25,7 +25,7 @@ from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, described, of_type, together
 from .flux import Flux
 from .interface.probing import row_sums
-from .solvers.automatic import direct
+from .solvers.linear import direct
 from .solvers.petsc_objects import PetscOptions, new_prefix
 from .system.fluxes import FluxTerms
 from .system.volume import Forms

@@ -278,13 +278,23 @@ def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
         for contact in contacts
     ]
     of_all = [i for i, pairs in enumerate(meshed) if any(p.slave == ALL for p in pairs)]
+    # Of each tool that all facets meet, the first contact in which they do
+    tools = {
+        pair.master: i
+        for i, contact in reversed(list(enumerate(contacts)))
+        for pair in contact.pairs
+        if pair.slave == ALL and isinstance(pair.master, Body)
+    }
     for i, (contact, pairs) in enumerate(zip(contacts, meshed)):
-        if of_all and i != of_all[0] and contact.tied is None and pairs:
-            return (
-                f"contact[{i}] has the pair {pairs[0]}, which is one of those of 'all' of "
-                f"contact[{of_all[0]}]: its contact would be counted twice; leave it "
-                "out, or name all pairs"
-            )
+        twice = [(pair, of_all[0]) for pair in pairs if of_all and contact.tied is None]
+        twice += [(p, tools[p.master]) for p in contact.pairs if p.master in tools]
+        for pair, j in twice:
+            if i != j:
+                return (
+                    f"contact[{i}] has the pair {pair}, which is one of those of 'all' "
+                    f"of contact[{j}]: its contact would be counted twice; leave it "
+                    "out, or name all pairs"
+                )
     return None
 
 

@@ -33,7 +33,7 @@ from .errors import (
     require_agreement,
     together,
 )
-from .interface.overlap import warn_of_overlap
+from .hooks import hooks
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .sides import exchange_where_needed
 from .system.groups import groups_of
@@ -188,7 +188,8 @@ class CoupledProblem:
             fixed = self.contact.constrained(self.bcs)
             for one in self.contact.contacts:
                 warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
-                warn_of_overlap(one.surfaces, one.pairs)
+            for call in hooks.on_setup:
+                call(self)
         return A
 
     def make_room_for(self, M: PETSc.Mat) -> None:

@@ -292,6 +292,7 @@ class InertiaTerm(Term):
         self.tangent: Any = None
         self._of: tuple[Any, ...] = ()
         self.revision = 0
+        motion.inertia.begin(problem.prescribed)
         problem.make_room_for(motion.inertia.matrix)
 
     def acting(self) -> AbstractContextManager[None]:

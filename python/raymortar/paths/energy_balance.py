@@ -27,7 +27,8 @@ MISSING = 0.02
 # in small and large steps; a hook whose nose is one facet lacks up to 0.28, half of all
 # energies of its steps. A disc that turns against its moment lacks all of them
 RIPPLE, MOST_RIPPLE = 0.3, 0.55
-# Energy that is set free in a snap, over all energies. Smooth steps stay below a fiftieth
+# Energy left over, from all energies on which a snap is sure. Smooth steps stay below a
+# fiftieth
 FREED = 0.1
 
 # Size of a step, over the energy that the bodies hold, below which all is rounding
@@ -72,10 +73,16 @@ class Balance:
         return not self.most >= -allowed  # nor if it is no number
 
     @property
-    def released(self) -> float:
-        """Energy that a snap has set free at least, 0 where there is none."""
+    def has_snapped(self) -> bool:
+        """Whether energy is left over at the loads of the step's start already. A snap
+        under larger loads may leave none."""
         clear = max(FREED * self.size, RIPPLE * self.ripple, self.rounding)
-        return self.least if self.least > clear else 0.0
+        return self.least > clear
+
+    @property
+    def released(self) -> tuple[float, float]:
+        """Bounds of the energy that a snap within the step has set free."""
+        return max(self.least, 0.0), max(self.most, 0.0)
 
 
 @dataclass(frozen=True)

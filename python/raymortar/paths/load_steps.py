@@ -263,13 +263,16 @@ class LoadSteps:
             problem.evaluate()
             masters.look()
             doubts.warn()
-            if ways.released and not snapped:
+            balance = ways.balance
+            released = None if balance is None else balance.released
+            if balance is not None and balance.has_snapped and not snapped:
                 snapped = True
+                least, most = balance.released
                 text = (
                     f"a snap was passed before load factor {path.factor:.6g}, by way of "
-                    f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and '
-                    "without inertia its end is one of several. See LoadStep.released; "
-                    "control= follows the path of equilibria"
+                    f'"{ways.used}": it sets an energy from {least:.3g} to {most:.3g} '
+                    "free, and without inertia its end is one of several. Smaller steps "
+                    "narrow both; control= follows the path of equilibria"
                 )
                 warn(text)
             if self.history is not None:
@@ -289,7 +292,7 @@ class LoadSteps:
                 self.halvings,
                 ways.used,
                 count,
-                ways.released,
+                released,
                 *effort.taken(),
             )
         ways.finish()

@@ -15,7 +15,7 @@ from ..errors import ConvergenceError, SetUpError
 from ..interface.present import State
 from ..solvers.newton import SNESSolver
 from ..solvers.solver import MAX_IT, temporarily
-from .energy_balance import balance_of_step
+from .energy_balance import Balance, balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Lessons, Prediction
 from .soft_start import (
@@ -43,8 +43,8 @@ class Strategies:
 
     A way that solved the last steps after such failures goes first, see `Lessons`.
     `trying` is called with the name of each other way before it is tried. After a step
-    `used` is the name of the way that solved it, and `released` the energy that it has
-    set free in a snap, found by another way.
+    `used` is the name of the way that solved it, and `balance` the energies of one that
+    another way solved, where they are looked at.
     """
 
     def __init__(
@@ -61,7 +61,8 @@ class Strategies:
         self._asked_for = stabilization
         goes_ahead = extrapolates or (extrapolates is None and path.led is None)
         self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
-        self.used, self.released = FULL, 0.0
+        self.used = FULL
+        self.balance: Balance | None = None
         # Coefficients before each reduction that stays; the path's end restores the first
         self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
@@ -77,7 +78,7 @@ class Strategies:
         `ratio` the size of this step over that of the step before. If no other way
         helps, the failure of the solver as it was given is raised.
         """
-        self.released = 0.0
+        self.balance = None
         self._plain.begin_step()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
@@ -205,7 +206,7 @@ class Strategies:
         def measured() -> int | None:
             iterations = solve()
             if iterations is not None:
-                self.released = self._released(name, now)
+                self.balance = self._balanced(name, now)
             return iterations
 
         iterations = None
@@ -218,21 +219,21 @@ class Strategies:
             self.used = name
         return iterations
 
-    def _released(self, name: str, now: State) -> float:
-        """Find the energy that a snap since a state has set free. Collective.
+    def _balanced(self, name: str, now: State) -> Balance | None:
+        """Balance the energies of the step from a state. Collective.
 
         A step that needs energy which nothing supplies is refused: another equilibrium
         was found, and no path of equilibria leads there.
         """
         if not self._may_be_viscous:
-            return 0.0
+            return None
         balance = balance_of_step(self.solver.problem, self._path, now)
         if balance.lacks_energy:
             raise ConvergenceError(
                 f"{name}: the step jumps, and needs an energy of {-balance.most:.3g} "
                 "that no load supplies"
             )
-        return balance.released
+        return balance
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, or a line search found no descent, rather
