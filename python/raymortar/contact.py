@@ -17,7 +17,6 @@ from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import checked
 from .interface.offsets import Adjustment
 from .interface.point_results import CLOSED, OPEN
-from .interface.present import ContactState
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.nodal_fields import NodalFields, check_part
@@ -25,8 +24,9 @@ from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .sides import Sides
+from .state import State
 
-__all__ = ["Contact", "ContactState"]
+__all__ = ["Contact", "State"]
 
 
 class Contact(NodalFields, Sides):

@@ -65,8 +65,6 @@ class CoupledProblem:
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
-    restored
-        Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
     """
@@ -132,7 +130,6 @@ class CoupledProblem:
         self.history: list[float] = []
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
-        self.restored: tuple[Any, ...] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)

@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from .generation import Array, Indices
+from .generation import Array
+
+Numbers = npt.NDArray[np.int64]
 
 
 def without_holes(model: Any) -> Any:
@@ -24,17 +27,17 @@ def without_holes(model: Any) -> Any:
 class _Mesh:
     """``gmsh.model.mesh`` with the places of nodes among all as their numbers."""
 
-    def __init__(self, mesh: Any, numbers: Indices) -> None:
+    def __init__(self, mesh: Any, numbers: Numbers) -> None:
         self._mesh, self._numbers = mesh, numbers
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._mesh, name)
 
-    def _places(self, nodes: Any) -> Indices:
+    def _places(self, nodes: Any) -> Numbers:
         found = np.searchsorted(self._numbers, np.asarray(nodes, dtype=np.int64))
         return np.asarray(found + 1)
 
-    def getNodes(self) -> tuple[Indices, Array, Array]:
+    def getNodes(self) -> tuple[Numbers, Array, Array]:
         numbers, points, parameters = self._mesh.getNodes()
         return self._places(numbers), points, parameters
 
@@ -46,7 +49,7 @@ class _Mesh:
 class _Model:
     """``gmsh.model`` with another mesh."""
 
-    def __init__(self, model: Any, numbers: Indices) -> None:
+    def __init__(self, model: Any, numbers: Numbers) -> None:
         self._model, self.mesh = model, _Mesh(model.mesh, numbers)
 
     def __getattr__(self, name: str) -> Any:

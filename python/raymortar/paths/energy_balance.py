@@ -9,7 +9,7 @@ import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
-from ..interface.present import State
+from ..state import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
@@ -123,7 +123,8 @@ def balance_of_step(
     """
     contact: Any = problem.contact
     end = contact.state()
-    du = (end.u - begin.u)[: contact.layout.n_u]
+    u = contact.u_of(end)
+    du = (u - contact.u_of(begin))[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
     first = _end(problem, of_begin=True)
@@ -145,7 +146,7 @@ def balance_of_step(
         way = new_place - place
         works.append((float(force @ way), float(new_force @ way)))
     through_contact = float(last.tractions @ du)
-    carried = float(np.abs(last.tractions) @ np.abs(end.u[: len(du)]))
+    carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
     taken += last.stored - first.stored
@@ -214,7 +215,7 @@ def _volume_forces(problem: CoupledProblem) -> Array:
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     """Average the form's forces between two states; leave u elsewhere. Collective."""
     unknowns, mean = problem.contact.unknowns, np.zeros(problem.contact.layout.n_u)
-    a, b = (one.u if one.unknowns is None else one.unknowns for one in (begin, end))
+    a, b = map(problem.contact.values_of, (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
         unknowns.set_values(a + place * (b - a))
         mean += weight * _volume_forces(problem)

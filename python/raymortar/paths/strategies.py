@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
 from typing import Any
@@ -12,7 +12,7 @@ import numpy as np
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES, attempt
 from ..errors import ConvergenceError, SetUpError
-from ..interface.present import State
+from ..state import State
 from ..solvers.newton import SNESSolver
 from ..solvers.solver import MAX_IT, temporarily
 from .energy_balance import Balance, balance_of_step
@@ -22,6 +22,7 @@ from .soft_start import (
     MORE_ITERATIONS,
     PlainSolver,
     iterations_of,
+    lend_tenths,
     set_gammas,
     solve_by_small_gamma,
     with_line_search,
@@ -30,6 +31,7 @@ from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
+WAYS = (FULL, EXTRAPOLATED, SOFT, SMALL_GAMMA, VISCOUS)
 
 # Names of ways, and what solves in them; None: they do not work
 Ways = Iterator[tuple[str, Callable[[], int | None]]]
@@ -70,6 +72,32 @@ class Strategies:
         self._contact = self.solver.problem.contact
         self._lessons = Lessons(FULL)
         self._plain = PlainSolver(self.solver, automatic)
+
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        viscous = self._asked_for or self.__dict__.get("_viscous")
+        return [
+            WAYS.index(self.used),
+            len(self._given),
+            *((viscous.has_caught, viscous.work) if viscous else (0, 0)),
+            *self._lessons.remember(WAYS),
+            *self._plain.remember(),
+            *(self._prediction.remember() if self._prediction else ()),
+        ]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        """Go on from numbers, and the starts of the last steps. Collective."""
+        used, tenths, has_caught, work, *numbers = numbers
+        self.used = WAYS[int(used)]
+        self._given = [lend_tenths(self.solver.problem) for _ in range(int(tenths))]
+        if has_caught or work:
+            viscous = self._asked_for or self._viscous
+            if viscous is not None:
+                viscous.has_caught, viscous.work = has_caught > 0.0, work
+        self._lessons.recall(numbers[:4], WAYS)
+        self._plain.recall(numbers[4:9])
+        if self._prediction:
+            self._prediction.recall(numbers[9:] or (0, 0), starts)
 
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
