@@ -226,12 +226,14 @@ class CondensedProblem:
 
     # Room
 
-    def create_vector(self) -> PETSc.Vec:
-        """Vector of the user's unknowns."""
-        return PETSc.Vec().createMPI((self._n, None), comm=self.comm)
+    def create_vector(self, L: Any = None) -> PETSc.Vec:
+        """Vector of the user's unknowns, with DOLFINx's layout and ghosts; the form L is
+        not needed. Collective."""
+        return self.contact.layout.create_form_vector()
 
-    def create_matrix(self) -> PETSc.Mat:
-        """Matrix of the user's unknowns, which `J` gives its pattern."""
+    def create_matrix(self, a: Any = None) -> PETSc.Mat:
+        """Matrix of the user's unknowns, which `J` gives its pattern; the form a is not
+        needed."""
         unknowns = self.contact.unknowns
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self._n, None), (self._n, None)))

@@ -89,7 +89,7 @@ class MastersOnPath:
                 found = _nearest(zone, u)
                 if found.is_behind or not is_met:
                     zone.met.add(0)  # told once
-                    warn(_text_of_facets(zone, found, ON_PATH), 4)
+                    warn(_text_of_facets(zone, found, ON_PATH))
 
     def _warn_of_tools(self, start: Array, zone: ZoneData) -> None:
         """Warn of the rigid bodies that a slave has not met. Collective."""
@@ -101,7 +101,7 @@ class MastersOnPath:
             size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
             moved = bool(np.any(body.motion() != start[k]))
             if moved or _distance(body, box.mean(axis=0)) > FAR * size:
-                warn(_text(zone, body, box, ON_PATH), 5)
+                warn(_text(zone, body, box, ON_PATH))
 
 
 def warn_of_missed_masters(problem: CoupledProblem) -> None:
@@ -122,7 +122,7 @@ def warn_of_missed_masters(problem: CoupledProblem) -> None:
             is_off = moves and (not found.faces or found.distance > far)
             if found.has_crossed(contact.u_old) or (is_off and not waits):
                 zone.met.add(0)  # told once
-                warn(_text_of_facets(zone, found, SO_FAR), 5)
+                warn(_text_of_facets(zone, found, SO_FAR))
 
 
 def _way(contact: Interaction) -> float:
@@ -150,7 +150,7 @@ def _warn_of_far_tools(zone: ZoneData, far: float) -> None:
         known = body.is_free or k in zone.met
         if not known and _distance(body, box.mean(axis=0)) > far:
             zone.met.add(k)  # told once
-            warn(_text(zone, body, box, SO_FAR), 6)
+            warn(_text(zone, body, box, SO_FAR))
 
 
 def _is_open(zone: ZoneData) -> bool:

@@ -64,7 +64,6 @@ def warn_of_unaccepted_solves(problem: CoupledProblem) -> None:
         f"{known.count} solves under other loads without contact.advance(): friction "
         "takes each as one step from the accepted state. Call contact.advance() after "
         "each solve of a path",
-        5,
     )
 
 
