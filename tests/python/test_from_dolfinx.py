@@ -110,7 +110,9 @@ def test_settings_of_newton_are_its_own():
 def patched(text, diff):
     """A text with a unified diff applied; all of its context must be there, in order."""
     lines, found, at = text.splitlines(), [], 0
-    for hunk in re.findall(r"^@@.*?@@\n(.*?)(?=^@@|\Z)", diff, re.MULTILINE | re.DOTALL):
+    for hunk in re.findall(
+        r"^@@.*?@@\n(.*?)(?=^@@|\Z)", diff, re.MULTILINE | re.DOTALL
+    ):
         parts = [(line[:1] or " ", line[1:]) for line in hunk.splitlines()]
         old = [line for kind, line in parts if kind != "+"]
         places = range(at, len(lines) - len(old) + 1)

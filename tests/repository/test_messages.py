@@ -64,9 +64,7 @@ def test_what_is_on_the_page_passes(tmp_path, source):
 def test_what_is_not_on_the_page_is_named(tmp_path, source):
     code, complaint = check(make_tree(tmp_path, source))
     assert code == 1
-    assert (
-        "python/raymortar/some.py: docs/messages does not have" in complaint
-    )
+    assert "python/raymortar/some.py: docs/messages does not have" in complaint
     assert "has no friends" in complaint
 
 

@@ -93,7 +93,9 @@ def test_the_ball_of_the_start_page_goes_as_far_as_it_says(tmp_path):
     results = "print(*contact.resultant_on(ball).force)"
     way, *_, force = map(float, run(plain + loud + ball + results, tmp_path).split())
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    said, finer = map(float, re.search(r"(-0\.\d+) \((-0\.\d+) on a mesh", text).groups())
+    said, finer = map(
+        float, re.search(r"(-0\.\d+) \((-0\.\d+) on a mesh", text).groups()
+    )
     assert force == pytest.approx(1.0, rel=1e-6)
     assert way == pytest.approx(said, abs=1e-3)
     assert way == pytest.approx(finer, rel=2e-2)
