@@ -266,9 +266,9 @@ class CoupledProblem:
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
         norms = self._assemble(b, True)
-        imbalance = self.convergence.measure(
-            norms, added_sizes(self.terms), self.inertia
-        )
+        # Most problems have no terms, whose sums would be calls that add nothing
+        of_terms = (added_sizes(self.terms), self.inertia) if self.terms else ()
+        imbalance = self.convergence.measure(norms, *of_terms)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:

@@ -150,7 +150,7 @@ class PresentState:
         """Send the history to the zones if it has changed."""
         self.updates += 1
         self.revision += 1
-        for one in self.followers:
+        for one in list(self._followers.values()):  # each tangent asks
             one.bring()
         if self._is_sent or self._surfaces.tied is not None:
             return
