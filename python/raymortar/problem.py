@@ -267,8 +267,9 @@ class CoupledProblem:
             self.volume.updated.bring_for_residual()
         norms = self._assemble(b, True)
         # Most problems have no terms, whose sums would be calls that add nothing
-        of_terms = (added_sizes(self.terms), self.inertia) if self.terms else ()
-        imbalance = self.convergence.measure(norms, *of_terms)
+        sizes = added_sizes(self.terms) if self.terms else None
+        inertia = self.inertia if self.terms else None
+        imbalance = self.convergence.measure(norms, sizes, inertia)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
