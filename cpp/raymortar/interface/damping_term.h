@@ -42,6 +42,13 @@ public:
     return _facets;
   }
 
+  /// @brief Of the same facets, the blocks that are assembled in this step,
+  /// without what the law keeps.
+  [[nodiscard]] const std::vector<FacetBlock>& acting() const
+  {
+    return _acting;
+  }
+
   /// @brief Nonzero where neither a slave facet nor what it faces at the start
   /// of the step is free to move in a component, (facets, gdim).
   [[nodiscard]] const std::vector<std::int8_t>& unfelt() const

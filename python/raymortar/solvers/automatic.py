@@ -15,7 +15,7 @@ from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
 from .linear import direct, inexact
-from .petsc_objects import DIRECT, InnerSolvers, attach, nested
+from .petsc_objects import DIRECT, InnerSolvers, attach, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -94,7 +94,6 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
         warn(
             f"iterative({multigrid!r}) is iterative('bodies'), which takes no longer: its "
             "name goes in the next release",
-            2,
         )
     elif multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
@@ -163,12 +162,13 @@ class SolverWithFallback(InnerSolvers):
         super().__init__()
         self.stalls = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         if self.stalls < MOST_STALLS:
             if self.krylov is None:
                 self.krylov = self._made(ksp, "iterative_")
-                attach(self.krylov, self.problem, self.row_scale)
+                attach(self.krylov, self.problem, self.row_scale, self.raised)
             if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1
@@ -179,7 +179,6 @@ class SolverWithFallback(InnerSolvers):
                 f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
                 f"{self.krylov.getConvergedReason()}): the direct one takes over "
                 f"{until}",
-                1,
             )
             self.krylov.reset()
         self._solve_directly(ksp, b, x)

@@ -201,7 +201,7 @@ def test_records_have_the_names_given(tmp_path):
             assert_same(column, -other[f"{kind}_bed_lid_{x}"])
             assert_same(column, own[f"{kind}_0_{x}"])
     assert_same(own["torque_z_lid_bed"], -other["torque_z_bed_lid"])
-    for kind in ("area", "peak"):
+    for kind in ("area", "max_pressure"):
         assert_same(own[f"{kind}_lid_bed"], other[f"{kind}_bed_lid"])
     assert_same(own["friction_work"], other["friction_work"])
 
@@ -293,7 +293,7 @@ def test_a_restored_state_keeps_sides():
     press = Press("quadrilateral", 4, 8)
     contact = press.contact(GIVEN)
     state = contact.state()
-    state.multiplier[:] = 1.0
+    state["multiplier 0"][:] = 1.0
     contact.restore(state)
     press.problem(contact)
     assert not contact.pairs[0].is_exchanged
