@@ -70,7 +70,8 @@ class CondensedProblem:
     ``contact.advance()``.
 
     If conditions prescribe a slave node, its multiplier extends those of the slave
-    nodes next to it, or follows from the law where the master is prescribed too. Rows of the law have the unit of a force.
+    nodes next to it, or follows from the law where the master is prescribed too. Rows
+    of the law have the unit of a force.
 
     Raises
     ------
@@ -131,25 +132,8 @@ class CondensedProblem:
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
-<<<<<<< HEAD
-        lacking, volume = self._balance(x)
-        with self._condensation.eliminating():
-            self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
-            if self._lifts:
-                self.coupled.J(self._x, self._A)
-        found = self._b.array_r
-        if self._lifts:
-            rows = self._condensation.lifted(found, self._A)
-        else:
-            rows = self._condensation.residual(found)
-        b.array[: self._n] = rows
-        change = self._condensation.changes_of_kept(found)
-        if self.comm.allreduce(bool(change.any()), op=MPI.LOR):
-            self._set(slice(self._n, None), self._x.array_r[self._n :] + change)
-=======
         self._evaluate(x.array_r[: self._n].copy())
         b.array[: self._n] = self._rows
->>>>>>> main
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Tangent at x into A, whatever pattern it has had. Collective."""
@@ -205,7 +189,10 @@ class CondensedProblem:
         found = self._b.array_r.copy()
         self._change = condensation.change(found, self._lam)
         known = np.concatenate([np.zeros(self._n), self._change])
-        self._rows = condensation.residual(found + product(self._A, known))
+        rows = found + product(self._A, known)
+        self._rows = condensation.residual(rows)
+        of_kept = condensation.changes_of_kept(rows)
+        self._change += of_kept
         self._at = x
         # Rows may vanish where slave nodes alone are out of balance, as all of a body of
         # one cell: results are then of multipliers that balance them
@@ -213,6 +200,8 @@ class CondensedProblem:
         lifts = self.comm.allreduce(bool(lacking.increment.any()), op=MPI.LOR)
         if not lifts and condensation.unbalance(found) > norm:
             self._show(x, self._lam + self._change)
+        elif self.comm.allreduce(bool(of_kept.any()), op=MPI.LOR):
+            self._show(x, self._lam + of_kept)
 
     def _multipliers(self, x: Array) -> Array:
         """Owned multipliers where the user's owned unknowns are x: those of Newton's

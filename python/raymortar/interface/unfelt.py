@@ -38,13 +38,10 @@ class UnfeltParts:
         self.normals: Mask | None = None
         self.along: Mask | None = None
 
-    def accept(self, multiplier: Array | None = None) -> None:
-        """Take a multiplier as the accepted one, by default the present one."""
+    def accept(self) -> None:
+        """Take the present multiplier as the accepted one."""
         if self._surfaces.multiplier is not None:
-            now = (
-                self._surfaces.multiplier.x.array if multiplier is None else multiplier
-            )
-            self.accepted = now.copy()
+            self.accepted[:] = self._surfaces.multiplier.x.array
 
     def send(self, u_old: Array) -> None:
         """Find the parts and tell the zones, each time that these have decided for a

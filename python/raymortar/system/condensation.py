@@ -279,12 +279,13 @@ class Condensation:
 
     def change(self, b: Array, lam: Array) -> Array:
         """Find how multipliers have to change to balance slave nodes, from the residual of
-        all unknowns [theory (4.30)]: those of held nodes extend the others. Collective.
+        all unknowns [theory (4.30)]: those of held nodes extend the others. Kept ones
+        do not change, see `changes_of_kept`. Collective.
         """
         found = self._by_force * product(self.tests, b[: self.n]) + self._found * lam
         if self._extends is not None:
             found = product(self._extends, found)
-        return found - lam
+        return np.where(self._kept & self._held, 0.0, found - lam)
 
     def unbalance(self, b: Array) -> float:
         """Norm of the forces on slave nodes, of a residual of all unknowns. Collective."""
@@ -292,7 +293,7 @@ class Condensation:
         return float(np.sqrt(self._comm.allreduce(float(forces @ forces))))
 
     def changes_of_kept(self, b: Array) -> Array:
-        """By how much kept multipliers miss their law, in a residual of all."""
+        """Find by how much kept multipliers miss their law, in a residual of all."""
         return self._by_own_law * b[self.n :]
 
     def residual(self, b: Array) -> Array:
@@ -310,6 +311,7 @@ class Condensation:
         if self._extends is not None:
             change, inner = self._extends.matMult(change), change
             inner.destroy()
+        self._add_kept(change, lu, ll)
         eliminated = self._eliminated(ul, ll)
         law = self._law.copy()
         scale(law, None, self._by_law)
@@ -322,6 +324,18 @@ class Condensation:
         uu.axpy(1.0, through, _OTHER)
         destroy(ul, lu, ll, law, through)
         return uu, change, eliminated
+
+    def _add_kept(self, change: PETSc.Mat, lu: PETSc.Mat, ll: PETSc.Mat) -> None:
+        """Add derivatives of kept multipliers, by their law, to those of the others."""
+        if self._comm.allreduce(int(self._by_own_law.any())) == 0:
+            return
+        by_others = ll.matMult(change)
+        for of_law in (lu, by_others):
+            rows = of_law.copy()
+            scale(rows, self._by_own_law, None)
+            change.axpy(1.0, rows, _OTHER)
+            rows.destroy()
+        by_others.destroy()
 
     def _eliminated(self, forces: PETSc.Mat, law: PETSc.Mat) -> Eliminated:
         """Take what preconditioners need of a tangent's columns by multipliers."""
