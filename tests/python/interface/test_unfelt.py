@@ -3,13 +3,21 @@ surface [theory (5.21), (5.22)]."""
 
 import numpy as np
 import pytest
+from condensing import newton
 from dolfinx import fem
 from friction_states import FrictionCase, frictional_pairs, set_both
-from problems import CELLS_2D, COMM, DIMENSION, build, fix, worst
+from problems import CELLS_2D, COMM, DIMENSION, build, fix, residual, worst
 from tangents import is_first_order, is_second_order, quiet_slopes
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, LoadSteps, SNESSolver
+from raymortar import (
+    AugmentedLagrangian,
+    CondensedProblem,
+    ContactError,
+    Coulomb,
+    LoadSteps,
+    SNESSolver,
+)
 from raymortar.interface.unfelt import unfelt_parts
 
 PRESS = 4.0
@@ -335,6 +343,76 @@ def test_accepted_friction_falls_with_its_bound(factor, law):
     expected = np.clip(accepted[:, 0], -bound, bound)
     assert worst(now[:, 0] - expected) < 1e-9 * PRESS
     assert worst(expected - accepted[:, 0]) > 0.01 * PRESS
+
+
+# The condensed problem
+
+
+@pytest.mark.mpi(where=lambda cell, degree: (cell, degree) == ("hexahedron", 1))
+@pytest.mark.parametrize(
+    "cell, degree", [("triangle", 1), ("quadrilateral", 2), ("hexahedron", 1)]
+)
+def test_condensed_slides_have_the_iterates_of_coupled_ones(cell, degree):
+    """Pressed, led along x and back; forces, tractions and numbers of iterations."""
+    found = []
+    for condense in (False, True):
+        case, x = led(cell, degree, "dual")
+        problem = case.problem
+        if condense:
+            form, _, load = residual(case.scene, case.u, loaded=["top"])
+            load.value[:] = case.load.value
+            problem = CondensedProblem(form, case.u, case.contact, problem.bcs)
+        solver, rows = None if condense else SNESSolver(problem), []
+        for place in (0.0, 0.3, -0.3):
+            x.value = place
+            iterations = len(newton(problem)) - 1 if condense else solver.solve()[0]
+            rows += [(iterations, case.contact.resultant(0).force, tractions(case))]
+            rows[-1] = tuple(map(np.copy, rows[-1]))
+            case.contact.advance()
+        found.append(rows)
+    for coupled, condensed in zip(*found):
+        assert condensed[0] <= coupled[0] + 1
+        for one, other in zip(coupled[1:], condensed[1:]):
+            assert worst(one - other) < 1e-8 * PRESS
+
+
+# The pressure
+
+
+@pytest.mark.quick
+@pytest.mark.mpi(where=lambda law, friction: (law, friction) == ("nodes", 0.3))
+@pytest.mark.parametrize("friction", [None, 0.3])
+@pytest.mark.parametrize("law", LAWS)
+def test_a_pressure_that_nothing_feels_is_refused(law, friction):
+    """Both sides are held along their normal, and overlap; along x they are free."""
+    scene = two_blocks(COMM, 2, "quadrilateral", 2, 4, gap=-1e-3)
+
+    def bcs(V, scene):
+        sides = [fix(V, scene, name, 1) for name in ("slave", "master")]
+        return [*sides, *(fix(V, scene, name) for name in ("bottom", "top"))]
+
+    law_of = None if friction is None else Coulomb(friction)
+    case = build(scene, method=LAWS[law], friction=law_of, bcs=bcs)
+    with pytest.raises(ContactError, match="prescribed on both sides"):
+        SNESSolver(case.problem).solve()
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("law", LAWS)
+def test_a_pressure_that_something_feels_is_not(law):
+    """One of the sides is free along its normal."""
+    for free, held in (("slave", "master"), ("master", "slave")):
+        scene = two_blocks(COMM, 2, "quadrilateral", 3, 3, gap=-1e-3)
+
+        def bcs(V, scene, free=free, held=held):
+            own = [fix(V, scene, free, 0), fix(V, scene, held)]
+            return [*own, *(fix(V, scene, name) for name in ("bottom", "top"))]
+
+        case = build(scene, method=LAWS[law], friction=Coulomb(0.3), bcs=bcs)
+        SNESSolver(case.problem).solve()
+        normal, tangential = split(case, np.array([0.0, 1.0]))
+        assert normal > 0.0
+        assert worst(tangential) < 1e-10 * normal
 
 
 # Derivatives
