@@ -229,9 +229,9 @@ class Condensation:
         for part in self._system.parts:
             nodes, m = part.layout.owned_multipliers, part.layout.components
             mask = part.present.unfelt.along
-            known = mask is not None and m > 1
-            rows = mask[nodes] if known else np.zeros((len(nodes), m), dtype=bool)
-            found.append(rows.ravel())
+            if mask is None or m == 1:
+                mask = np.zeros((len(part.present.unfelt.accepted), m), dtype=bool)
+            found.append(mask[nodes].ravel())
         return np.concatenate(found)
 
     def weigh(self) -> None:
