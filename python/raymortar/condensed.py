@@ -70,7 +70,7 @@ class CondensedProblem:
     ``contact.advance()``.
 
     If conditions prescribe a slave node, its multiplier extends those of the slave
-    nodes next to it. Rows of the law have the unit of a force.
+    nodes next to it, or follows from the law where the master is prescribed too. Rows of the law have the unit of a force.
 
     Raises
     ------
@@ -131,8 +131,25 @@ class CondensedProblem:
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
+<<<<<<< HEAD
+        lacking, volume = self._balance(x)
+        with self._condensation.eliminating():
+            self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
+            if self._lifts:
+                self.coupled.J(self._x, self._A)
+        found = self._b.array_r
+        if self._lifts:
+            rows = self._condensation.lifted(found, self._A)
+        else:
+            rows = self._condensation.residual(found)
+        b.array[: self._n] = rows
+        change = self._condensation.changes_of_kept(found)
+        if self.comm.allreduce(bool(change.any()), op=MPI.LOR):
+            self._set(slice(self._n, None), self._x.array_r[self._n :] + change)
+=======
         self._evaluate(x.array_r[: self._n].copy())
         b.array[: self._n] = self._rows
+>>>>>>> main
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Tangent at x into A, whatever pattern it has had. Collective."""

@@ -30,14 +30,127 @@ from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
+<<<<<<< HEAD
+from .unfelt import UnfeltParts
+from .zone_data import on_sides, opposite_points
+=======
 from .zone_data import ZoneData, on_sides, opposite_points
+>>>>>>> main
 
 
 class Follower(Owner, Protocol):
     """Follows the steps of a contact, with arrays of the state that it has."""
 
+<<<<<<< HEAD
+    ``unknowns`` are all unknowns, the displacement among them. None if it is the only
+    one.
+    """
+
+    u: Array
+    u_old: Array
+    multiplier: Array | None
+    traction_old: list[Array | None]
+    unknowns: Array | None = None
+    # Motions of rigid bodies at the accepted step, by zone. The present ones are loads
+    old_motions: Sequence[Array] = ()
+    # States of free rigid bodies, in the contact's order
+    freedoms: Sequence[Array] = ()
+    # Length of the slip of all accepted steps at nodes; None without friction
+    slip: Array | None = None
+    # Tractions of an exact penalty over gamma, at nodes; else None
+    augmentation: Array | None = None
+    # Whether straight facets are curved, see `Contact`
+    smooth: bool = False
+    # Changes of gaps in a step that is not yet accepted, such as implicit wear
+    corrections: Sequence[Array] = ()
+    # Numbers of slave surfaces whose sides are exchanged, see `ContactSurfaces`
+    exchanged: Sequence[int] = ()
+    multiplier_old: Array | None = None  # of the accepted step; None: the present one
+
+    @property
+    def parts(self) -> tuple[ContactState, ...]:
+        """The state alone; see `JointState`."""
+        return (self,)
+
+    def shapes(self) -> dict[str, tuple[int, ...] | None]:
+        """Shape by name of the part, None where it is missing."""
+        parts: dict[str, Any] = {
+            "displacement": self.u,
+            "old displacement": self.u_old,
+            "multiplier": self.multiplier,
+            "all unknowns": self.unknowns,
+        }
+        for i, traction in enumerate(self.traction_old):
+            parts[f"tractions of springs {i}"] = traction
+        parts["accumulated slip"] = self.slip
+        parts["augmentation"] = self.augmentation
+        shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
+        shapes["list of slave surfaces"] = (len(self.traction_old),)
+        shapes["free rigid bodies"] = tuple(map(len, self.freedoms))
+        return shapes
+
+
+@dataclass(frozen=True)
+class JointState:
+    """States of several contacts of one problem, in their order."""
+
+    parts: tuple[ContactState, ...]
+
+    @property
+    def u(self) -> Array:
+        """Displacement, this rank's array."""
+        return self.parts[0].u
+
+    @property
+    def unknowns(self) -> Array | None:
+        """Unknowns, see `ContactState`."""
+        return self.parts[0].unknowns
+
+
+State = ContactState | JointState
+
+
+def state_fault(
+    state: Any, own: ContactState, springs: Mapping[int, tuple[int, ...]]
+) -> str | None:
+    """Return why a contact cannot go back to a state, if so."""
+    if not isinstance(state, ContactState):
+        return f"state must be a ContactState, not {type(state).__name__}"
+    if state.smooth != own.smooth:
+        return (
+            f"the state is of a contact with smooth={state.smooth}, this one has smooth="
+            f"{own.smooth}: their surfaces differ"
+        )
+    if tuple(state.exchanged) != tuple(own.exchanged):
+        sides = [
+            "with exchanged sides" if one.exchanged else "with sides as given"
+            for one in (state, own)
+        ]
+        return (
+            f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
+            "once the problem is made, or call keep_sides() of both before"
+        )
+    theirs, here = state.shapes(), own.shapes()
+    allowed = {name: {shape} for name, shape in here.items()}
+    for i in range(len(own.traction_old)):
+        # None before the first step, and where there are no springs
+        allowed[f"tractions of springs {i}"] = {None, springs.get(i)}
+    allowed["accumulated slip"] |= {None}  # a state may be older than it
+    for name, shapes in allowed.items():
+        if theirs.get(name) not in shapes:
+            return (
+                f"the state is of another contact, mesh or method: {name} of shape "
+                f"{theirs.get(name)}, here {here[name]}"
+            )
+    return None
+
+
+class Watcher(Protocol):
+    """Follows the steps of a contact."""
+=======
     def bring(self) -> None:
         """Bring the contact up to date with these before it is paired. Collective."""
+>>>>>>> main
 
     def path_ended(self) -> str | None:
         """Return what to warn of when a path has ended, alike on all ranks."""
@@ -51,8 +164,8 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
-    has_friction
-        Whether the contact has friction.
+    has_friction, unfelt
+        Whether the contact has friction, and parts of the multiplier that nothing feels.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -86,6 +199,7 @@ class PresentState:
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(self._zones, surfaces.scalar)
         self.u_old = self._u.x.array.copy()
+        self.unfelt = UnfeltParts(surfaces)
         self._is_sent = False
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
@@ -129,9 +243,8 @@ class PresentState:
     def has_history(self) -> bool:
         """Whether steps have been accepted, or this rank has values of a restored state."""
         values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
-        springs = (zone.traction_old for zone in self._zones)
-        restored = any(map(np.any, values)) or any(t is not None for t in springs)
-        return self.steps > 0 or restored
+        springs = any(zone.traction_old is not None for zone in self._zones)
+        return self.steps > 0 or springs or any(map(np.any, values))
 
     # Updates
 
@@ -161,6 +274,7 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+        self.unfelt.send(self.u_old)
         self._is_sent = True
 
     def end_update(self, is_accepted: bool) -> None:
@@ -194,6 +308,7 @@ class PresentState:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
         self.u_old[:] = self._u.x.array
+        self.unfelt.accept()
         self.steps += 1
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
@@ -243,7 +358,29 @@ class PresentState:
         self._is_sent = False
         self.note_change()
 
+<<<<<<< HEAD
+    def copy(self) -> ContactState:
+        """Copy all unknowns and the history, for `restore`."""
+        unknowns, multiplier = self._unknowns, self._multiplier
+        unknowns.pull()
+        return ContactState(
+            self._u.x.array.copy(),
+            self.u_old.copy(),
+            None if multiplier is None else multiplier.x.array.copy(),
+            [zone.traction_old for zone in self._zones],
+            None if unknowns.is_plain else unknowns.values(),
+            [zone.motions.old for zone in self._zones],
+            [body.freedom.state() for body in self._surfaces.layout.bodies],
+            None if self._slip is None else self._slip.x.array.copy(),
+            None if self._augmentation is None else self._augmentation.array.copy(),
+            any(side.arcs is not None for zone in self._zones for side in zone.sides),
+            [one.array.copy() for one in self.corrections],
+            tuple(self._surfaces.exchanged),
+            self.unfelt.accepted.copy(),
+        )
+=======
     # State
+>>>>>>> main
 
     def quantities(self, number: int, first: int) -> Iterator[Quantity]:
         """Yield the arrays of the accepted step that only this contact has, in its
@@ -255,8 +392,13 @@ class PresentState:
         yield common(f"smooth {number}", [is_curved], _other_surfaces)
         yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
         if self._multiplier is not None:
+<<<<<<< HEAD
+            self._multiplier.x.array[:] = state.multiplier
+        self.unfelt.accept(state.multiplier_old)
+=======
             name = f"multiplier {number}"
             yield of_function(name, self._multiplier, is_unknown=True)
+>>>>>>> main
         if self._slip is not None:
             yield of_function(f"slip {number}", self._slip, may_lack=True)
         if self._augmentation is not None:

@@ -144,6 +144,7 @@ class Condensation:
             matrix.assemble()
         self._fixed: Mask | None = None
         self._held = np.zeros(self._count, dtype=bool)
+        self._kept = np.zeros(self._count, dtype=bool)
         self._extends: PETSc.Mat | None = None
 
     # Rows
@@ -201,21 +202,37 @@ class Condensation:
         """Take which owned unknowns of the user are prescribed. Collective.
 
         The multiplier of a node whose rows they prescribe is not determined: it extends
-        those of the nodes next to it.
+        those of the nodes next to it, or is kept if the master does not feel it either.
         """
-        same = self._fixed is not None and np.array_equal(fixed, self._fixed)
-        self._fixed = fixed.copy()
+        kept = self._unfelt()
+        same = (
+            self._fixed is not None
+            and np.array_equal(fixed, self._fixed)
+            and np.array_equal(kept, self._kept)
+        )
+        self._fixed, self._kept = fixed.copy(), kept
         if self._comm.allreduce(int(not same)) == 0:
             return
         self._held = product(self.tests, fixed.astype(float)) > 0.0
         free = product(self._near, (~self._held).astype(float)) > 0.0
-        alone = self._comm.allreduce(int((self._held & ~free).sum()))
+        alone = self._comm.allreduce(int((self._held & ~self._kept & ~free).sum()))
         if alone:
             raise SetUpError(
                 f"{alone} multipliers of a condensed contact are at slave nodes that "
                 "conditions prescribe, with none beside them that is free: swap slave "
                 "and master, or solve by raymortar.NonlinearProblem"
             )
+
+    def _unfelt(self) -> Mask:
+        """Tell which owned multipliers no free displacement feels [theory (5.22)]."""
+        found = []
+        for part in self._system.parts:
+            nodes, m = part.layout.owned_multipliers, part.layout.components
+            mask = part.present.unfelt.along
+            known = mask is not None and m > 1
+            rows = mask[nodes] if known else np.zeros((len(nodes), m), dtype=bool)
+            found.append(rows.ravel())
+        return np.concatenate(found)
 
     def weigh(self) -> None:
         """Take what nodes weigh at the last pairing. Collective."""
@@ -229,6 +246,10 @@ class Condensation:
         self._found = (weights > 0.0) & ~self._held
         self._by_force = np.zeros(self._count)
         self._by_force[self._found] = 1.0 / (weights * scales)[self._found]
+        # The law of a kept one is minus it, but for what it does not depend on
+        rest = self._held & self._kept & (weights > 0.0)
+        self._by_own_law = np.zeros(self._count)
+        self._by_own_law[rest] = (gammas / (weights * scales**2))[rest]
         # An open node then has the force that its row gives
         self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)
@@ -240,7 +261,7 @@ class Condensation:
         if self._extends is not None:
             self._extends.destroy()
             self._extends = None
-        extends = self._held & covered
+        extends = self._held & ~self._kept & covered
         if self._comm.allreduce(int(extends.sum())) == 0:
             return
         known = self._found.astype(float)
@@ -269,6 +290,10 @@ class Condensation:
         """Norm of the forces on slave nodes, of a residual of all unknowns. Collective."""
         forces = self._found * product(self.tests, b[: self.n])
         return float(np.sqrt(self._comm.allreduce(float(forces @ forces))))
+
+    def changes_of_kept(self, b: Array) -> Array:
+        """By how much kept multipliers miss their law, in a residual of all."""
+        return self._by_own_law * b[self.n :]
 
     def residual(self, b: Array) -> Array:
         """Rows of the user's unknowns from those of all, which multipliers are eliminated
