@@ -27,7 +27,10 @@ struct TaylorData
   double touch = 0.0;             ///< see PointState, length
   Measure measure = Measure::reference;
   bool frame_of_target = false; ///< see ContactState::has_frame_of_target
-  bool slave_bends = true;      ///< false: tangents are the same at all points
+  /// Whether friction makes a couple over the gap: that of dual functions does
+  /// with an offset only, as it acts on several nodes  [theory (4.30)]
+  bool makes_couple = true;
+  bool slave_bends = true; ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<F, true> history;
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
