@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from .errors import (
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
-from .interface.point_results import NodeStatus, PointStatus
+from .interface.point_results import Status
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -89,15 +90,14 @@ __all__ = [
     "LoadSteps",
     "Movie",
     "NewtonSolver",
-    "NodeStatus",
     "NonlinearProblem",
     "Output",
     "Pair",
     "Penalty",
-    "PointStatus",
     "SNESSolver",
     "Search",
     "SetUpError",
+    "Status",
     "Stick",
     "Tie",
     "ToolField",
@@ -111,9 +111,16 @@ __all__ = [
     "tools",
 ]
 
+# Names of one release ago
+_MOVED = {"NodeStatus": "Status", "PointStatus": "Status"}
+
 
 def __getattr__(name: str) -> Any:
-    """Import a name that few programs need, and keep it."""
+    """Import a name that few programs need, and keep it; find one that has moved, with a
+    warning."""
+    if name in _MOVED:
+        warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
+        return globals()[_MOVED[name]]
     if name == "dynamics":
         return import_module(".dynamics", __name__)
     if name not in _ON_DEMAND:
