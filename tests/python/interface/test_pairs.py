@@ -276,7 +276,7 @@ def test_a_history_has_each_figure_once():
 def test_a_column_is_found_by_the_name_that_it_had_too(names):
     history, _ = columns_of([(91, 2)], names)
     now, before = ("0", "91_2") if names is None else ("slab_leg", "0")
-    for column in ("force_{}_x", "centre_{}_y", "peak_{}"):
+    for column in ("force_{}_x", "centre_{}_y", "max_pressure_{}"):
         with pytest.warns(DeprecationWarning, match=f"now '{column.format(now)}'") as w:
             found = history[column.format(before)]
         assert w[0].filename == __file__
