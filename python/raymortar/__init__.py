@@ -11,6 +11,7 @@ from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
 from .diagnose.outcome import require_convergence
+from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
 from .errors import (
     ContactError,
     ContactLost,
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
 
 # What the package adds to its core
 hooks.judge, hooks.describe = require_convergence, describe
-hooks.on_setup.append(warn_of_overlaps)
+hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 
 # Rooms of names that are imported when they are first asked for

@@ -10,26 +10,29 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .discretization.curving import Smooth
-from .discretization.slave_fields import FieldValue, is_field
+from .discretization.layout import Layout
+from .discretization.slave_fields import FieldValue
 from .errors import ContactError, of_type
-from .interactions import Interactions
+from .interactions import Interaction, Interactions
 from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import checked
-from .interface.offsets import Adjustment
+from .interface.contact_surfaces import ContactSurfaces, checked, make_surfaces
+from .interface.friction_at_points import spread_coefficient
+from .interface.offsets import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
+from .interface.present import PresentState
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.nodal_fields import NodalFields, check_part
 from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
-from .sides import Sides
-from .state import State
+from .state import Owners, State
+from .system.assembly import ContactAssembly
 
 __all__ = ["Contact", "State"]
 
 
-class Contact(NodalFields, Sides):
+class Contact(NodalFields, Interaction):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -145,7 +148,19 @@ class Contact(NodalFields, Sides):
         self.measure, self.tangent = measure, tangent
         given = checked(u, facet_tags, pairs, names, options, self.tied)
         self.names = given.pairs.names_at(0)
-        super().__init__(given, friction)
+        self.friction, self.owners = friction, Owners()
+        self.surfaces: ContactSurfaces = make_surfaces(given)
+        self.layout: Layout = self.surfaces.layout
+        self._present = PresentState(self.surfaces, options)
+        self.assembly = ContactAssembly(self.surfaces, self._present, options.method)
+        super().__init__(self.surfaces.unknowns, [self.assembly], given.pairs)
+        self._offsets = Offsets(self.surfaces)
+        if options.method.gamma is not None:
+            self.assembly.set_gamma(options.method.gamma)
+        if offset is not None:
+            self._offsets.set(offset)
+        mesh = self.slave_u.function_space.mesh
+        spread_coefficient(friction, self.surfaces.zones, mesh)
 
     def __repr__(self) -> str:
         facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
@@ -154,8 +169,6 @@ class Contact(NodalFields, Sides):
             law = f"gaps {'kept' if self.tied == 'keep' else 'closed'}"
         elif self.friction is not None:
             law = _shown(self.friction)
-        if self._surfaces.exchanged:
-            law += ", sides exchanged"
         if self.gamma is not None:
             gamma = f"gamma {_shown(self.gamma)}"
         counts = "not yet paired"
@@ -191,6 +204,18 @@ class Contact(NodalFields, Sides):
         """
         self.assembly.solve_for(functions)
 
+    @property
+    def slave_u(self) -> Function:
+        """Displacement on the mesh that all slave surfaces are on."""
+        return self.surfaces.slave_u
+
+    @property
+    def multiplier(self) -> Function | None:
+        """Traction on the slave: a scalar ``Function`` (normal component, negative in
+        compression), a vector one in global coordinates, or None with penalty. Zero
+        off the slave surfaces."""
+        return self.surfaces.multiplier
+
     # Coefficient, offset, time
 
     @property
@@ -219,8 +244,6 @@ class Contact(NodalFields, Sides):
         ContactError
             If it is not positive, differs between ranks or is of another mesh.
         """
-        if isinstance(gamma, Function):
-            self._require_sides("a Function gamma")
         self.assembly.set_gamma(gamma)
 
     @property
@@ -244,8 +267,6 @@ class Contact(NodalFields, Sides):
         ContactError
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
-        if is_field(offset):
-            self._require_sides("an offset that varies")
         self._offsets.set(offset)
         self._present.note_change()
 
@@ -331,10 +352,8 @@ class Contact(NodalFields, Sides):
 
 
 def require_point_tractions(owner: str, contact: Any) -> None:
-    """Raise unless the argument is a contact whose tractions at points are known, and
-    whose sides are those that the user gave."""
+    """Raise unless the argument is a contact whose tractions at points are known."""
     of_type(f"{owner}.contact", contact, Contact, "a Contact")
-    contact._require_sides(owner)
     if contact.method.is_dual:
         raise ContactError(
             f"{owner}.contact has multiplier='dual', whose traction at a point is not "

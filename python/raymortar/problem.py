@@ -34,8 +34,6 @@ from .errors import (
     together,
 )
 from .hooks import hooks
-from .interface.slave_nodes import warn_of_finer_rigid_slaves
-from .sides import exchange_where_needed
 from .system.groups import groups_of
 from .system.volume import Updated, Volume
 from .terms import (
@@ -102,8 +100,6 @@ class CoupledProblem:
         self.contact.solve_for([*functions, *own])
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
-        if exchange_where_needed(self.contact, self.bcs):
-            self.contact.solve_for([*functions, *own])
         for term in self.terms:
             term.start(self.contact)
         with together(comm):
@@ -182,9 +178,6 @@ class CoupledProblem:
         is_first = not self.contact.preallocations
         A = self.contact.create_matrix(self.a)
         if is_first:
-            fixed = self.contact.constrained(self.bcs)
-            for one in self.contact.contacts:
-                warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
             for call in hooks.on_setup:
                 call(self)
         return A

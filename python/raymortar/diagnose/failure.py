@@ -20,7 +20,7 @@ from ..errors import ContactError, ConvergenceError, SetUpError, format_point
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import CLOSED
 from ..interface.probing import VolumePattern
-from ..interface.slave_nodes import corners_between, rigid_slaves
+from ..interface.slave_nodes import corners_between
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
@@ -86,15 +86,8 @@ def describe(problem: CoupledProblem) -> str:
         free += contact.free_bodies.unheld()
         if not free and not in_use.steps:  # steps look at their start
             rubbed = contact.free_bodies.rubbed()
-    fixed = contact.constrained(problem.bcs)
-    rigid, softer = list[str](), list[str]()
+    softer = list[str]()
     for part in contact.parts:
-        held = rigid_slaves(part.surfaces, fixed)
-        rigid += [
-            f"all of {slave.zone.facets.spoken} is {slave.prescribed}"
-            for k, slave in held.items()
-            if k not in part.surfaces.exchanged
-        ]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]
@@ -106,7 +99,7 @@ def describe(problem: CoupledProblem) -> str:
         if corner is not None
     ]
     odd = [*strange_gammas(problem), *rubbed, *shared]
-    return describe_failure(*seen, rigid, softer, excess, odd, in_use, sprung)
+    return describe_failure(*seen, softer, excess, odd, in_use, sprung)
 
 
 def describe_failure(
@@ -114,7 +107,6 @@ def describe_failure(
     statistics: Any,
     unheld: Sequence[str],
     imbalance: str,
-    rigid: Sequence[str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
     odd: Sequence[str] = (),
@@ -125,9 +117,8 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `rigid` tell of slaves that are prescribed, on masters that
-    move, `swaps` are proposals for slaves that are too fine for their masters, and
-    `sprung` sentences on bodies that have moved far on springs alone.
+    friction alone resists. `swaps` are proposals for slaves that are too fine for their
+    masters, `sprung` sentences on bodies that have moved far on springs alone.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -145,8 +136,6 @@ def describe_failure(
         ]
     elif unheld:
         proposals = ways_to_hold(in_use)
-    elif rigid:
-        proposals = [f"the other body as the slave: {', '.join(rigid)}"]
     elif excess:
         proposals = ["a smaller interference"]
     elif not statistics.hits and not diverged:

@@ -271,7 +271,7 @@ def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     behind, other = "", "a place, a size or a motion in another unit than the mesh"
     if found.is_behind:
         behind = "behind it, "
-        other = f"has a step gone through the {zone.facets.hit_role}"
+        other = "has a step gone through the master"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
         f"{behind}{found.distance:.2g} away, at {format_point(found.place)}. Is a tag of "

@@ -366,8 +366,7 @@ def _law(contact: Any) -> str | None:
     if not isinstance(method, AugmentedLagrangian):
         return None
     dual = "multiplier='dual' and " * method.is_dual
-    sides = " and exchanged sides" * bool(contact.surfaces.exchanged)
-    return f"{dual}condition={method.condition!r}{sides}"
+    return f"{dual}condition={method.condition!r}"
 
 
 def _is_by_cell(one: Quantity) -> bool:

@@ -222,7 +222,7 @@ class History:
                 own = []
             found.append((label, i, None, partial(contact.resultant, i, None)))
             for k, pair in own:
-                master = zone.facets.master_tags.index(pair.hit)
+                master = zone.facets.master_tags.index(pair.master)
                 found.append((pair.label, i, master, partial(contact.of_pair, k)))
         return found
 

@@ -154,9 +154,6 @@ class PointResults:
     ) -> dict[str, Array]:
         """Arrays over this rank's integration points of a slave, at the last `update`.
 
-        If sides are exchanged (`Pair.is_exchanged`), the points are on the master, and
-        slave and master change places in this list.
-
         Parameters
         ----------
         zone, master
@@ -333,7 +330,7 @@ class PointResults:
         """Sum up the forces of the pair with a number. Collective."""
         pair = self.pair_table.pairs[k]
         zone = self.zones[pair.surface]
-        master = zone.facets.master_tags.index(pair.hit)
+        master = zone.facets.master_tags.index(pair.master)
         return resultant(zone, master)
 
     def resultants(self) -> list[Resultant]:

@@ -79,22 +79,6 @@ def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
     assert advice in text.rpartition(". Try ")[2]
 
 
-@pytest.mark.mpi
-def test_a_rigid_slave_is_named():
-    """Finer than its soft master: its multiplier asks for more than the facets can."""
-    scene = two_blocks(COMM, 2, "quadrilateral", 4, 9)
-    down = lambda x: -0.1 + 0 * x  # noqa: E731
-    case = build(
-        scene,
-        material="neo-hookean",
-        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, ["top", "slave"], value=down)],
-        frame="slave",  # so sides stay as they are
-    )
-    tag = scene.tags["slave"]
-    with pytest.raises(ConvergenceError, match=f"all of slave tag {tag} is prescribed"):
-        case.solve(SNESSolver)
-
-
 @pytest.mark.parametrize(
     "in_use, proposed, left_out",
     [
