@@ -221,11 +221,11 @@ def test_nothing_is_read_before_there_is_anything(scene, folder):
         c.traction,
         c.slip,
         c.status,
-        c.coverage,
+        c.results.coverage,
         c.fields,
         c.resultant,
         c.friction_work,
-        lambda: c.write_segments(folder / "none.vtu"),
+        lambda: c.results.write_segments(folder / "none.vtu"),
         lambda: raymortar.plot(c),
     ):
         with refused("there are no results yet: call update, or solve, first"):

@@ -429,7 +429,7 @@ def test_contact_between_prescribed_surfaces_is_refused(scene):
 
     def lift(height):
         u.x.array.reshape(-1, 2)[upper, 1] = height
-        problem.contact.layout.to_vector(x, problem.contact.gamma_scale)
+        problem.contact.layout.to_vector(x, problem.contact.assembly.gamma_scale)
         problem.J(x, A)
 
     lift(0.1)  # open: the multiplier's own equation holds it at zero

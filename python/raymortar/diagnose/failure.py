@@ -83,14 +83,16 @@ def describe(problem: CoupledProblem) -> str:
     rubbed = list[str]()
     sprung = far_on_springs(problem) if has_diverged(problem.history) else []
     if contact.layout.bodies and not sprung:
-        free += contact.free_bodies.unheld()
+        free += contact.system.free_bodies.unheld()
         if not free and not in_use.steps:  # steps look at their start
-            rubbed = contact.free_bodies.rubbed()
+            rubbed = contact.system.free_bodies.rubbed()
     softer = list[str]()
     for part in contact.parts:
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
-    excess = [one.excess for one in contact.contacts if one.excess is not None]
+    excess = [
+        one.offsets.excess for one in contact.contacts if one.offsets.excess is not None
+    ]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
     corners = [corner_between(one, pressed=1) for one in contact.contacts]
     shared = [
@@ -213,7 +215,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     constants; None if it has no stiffness. Traction per length. Collective."""
     layout, interfaces = contact.layout, contact.surfaces.interfaces
     try:
-        volume = VolumePattern(problem.a, layout, contact.axisymmetric)
+        volume = VolumePattern(problem.a, layout, contact.system.axisymmetric)
         tables = contact_stiffness(volume, interfaces, problem.bcs)
     except ContactError:  # on all ranks
         return None
@@ -223,7 +225,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
 def compared(contact: Contact, now: float) -> str:
     """A sentence on the coefficient in use beside the automatic one, `now`."""
     return (
-        f"gamma = {contact.gamma_scale:.3g} is {contact.gamma_scale / now:.3g} times the "
+        f"gamma = {contact.assembly.gamma_scale:.3g} is {contact.assembly.gamma_scale / now:.3g} times the "
         f"automatic gamma of the form's present stiffness, {now:.3g}: "
         f"contact.set_gamma({now:.3g})"
     )
@@ -234,11 +236,11 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     accepted displacement: that of an iterate may be any. Collective."""
     contact, found = problem.contact, []
     with contact.unknowns.lent() as accepted:
-        accepted[contact.unknowns.u_local] = contact.u_old
+        accepted[contact.unknowns.u_local] = contact.states.u_old
         contact.unknowns.set_values(accepted)
         for one in contact.contacts:
             now = automatic_gamma(problem, one)
-            if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
+            if now and not 1.0 / FAR_OFF <= one.assembly.gamma_scale / now <= FAR_OFF:
                 found.append(compared(one, now))
     return found
 

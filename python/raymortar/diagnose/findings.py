@@ -12,7 +12,7 @@ import numpy as np
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..errors import format_point
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, Status
 from ..interface.slave_nodes import are_inside_flats
@@ -184,7 +184,7 @@ def _unseen(zone: ZoneData) -> tuple[float, str]:
 def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     """Propose the automatic coefficient of a penalty that is softer. Collective."""
     now = automatic_gamma(problem, one)
-    is_soft = now is not None and SOFTER * one.gamma_scale < now
+    is_soft = now is not None and SOFTER * one.assembly.gamma_scale < now
     return f": {compared(one, now)}" if now is not None and is_soft else None
 
 
@@ -199,7 +199,7 @@ def _tension(
     comm, nodes = contact.layout.comm, zone.multiplier_nodes
     assert contact.multiplier is not None
     normal = contact.multiplier.x.array
-    if contact.layout.components > 1:
+    if contact.assembly.layout.components > 1:
         normal = -contact.pressure().x.array
     own, mine = normal[nodes], (0.0, "")
     if own.max(initial=0.0) > 0.0:
@@ -211,7 +211,7 @@ def _tension(
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
         return
-    modulus = contact.gamma_scale * mean_facet_size([zone])
+    modulus = contact.assembly.gamma_scale * mean_facet_size([zone])
     if pressure <= NO_PRESSURE * modulus:
         return
     zone.is_pulled = True

@@ -86,7 +86,7 @@ def refuse_finer_rigid_slaves(problem: Any) -> None:
     A `Tie` has no such limit, nor has the penalty.
     """
     contact = problem.contact
-    fixed = contact.constrained(problem.bcs)
+    fixed = contact.system.constrained(problem.bcs)
     for one in contact.contacts:
         if one.tied is not None:
             continue

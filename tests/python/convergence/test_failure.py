@@ -196,7 +196,7 @@ def test_moduli_are_compared_as_they_are(stiffer, degree):
     found = stiff_on_soft(stiffer, degree)
     contact = found.contact
     ratios = stiffness_ratios(
-        found.problem._pattern, contact.interfaces, found.problem.bcs
+        found.problem._pattern, contact.surfaces.interfaces, found.problem.bcs
     )
     assert ratios[0].shape == (1, 1)
     assert 0.3 * stiffer < ratios[0][0, 0] < 3.0 * stiffer
@@ -261,4 +261,4 @@ def test_a_gamma_is_not_judged_by_an_iterate_that_ran_away():
     iterate = u.x.array.copy()
     assert strange_gammas(problem) == []
     assert (u.x.array == iterate).all()
-    assert problem.contact.u_old.max() == 0.0
+    assert problem.contact.states.u_old.max() == 0.0

@@ -50,13 +50,15 @@ def force(case, move):
         move((step + 1) / STEPS)
         solver.solve()
         case.contact.advance()
-    (found,) = case.contact.resultants()
+    (found,) = case.contact.results.resultants()
     return found.force
 
 
 def test_names_are_told():
     case, _ = pressed("quadrilateral", (4, 8), E=10.0, names={"lid": 3, "bed": 4})
-    with pytest.raises(SetUpError, match=r"all of slave 'lid' \(tag 3\) is prescribed") as told:
+    with pytest.raises(
+        SetUpError, match=r"all of slave 'lid' \(tag 3\) is prescribed"
+    ) as told:
         SNESSolver(case.problem)
     assert str(told.value).endswith("sides in the other order, pairs=[('bed', 'lid')]")
 
@@ -193,7 +195,7 @@ def test_slaves_led_along_the_surface_are_refused(cell, degree, counts, law):
         x.value = place
         iterations, _ = solver.solve()
         assert iterations <= 8
-        (found,) = case.contact.resultants()
+        (found,) = case.contact.results.resultants()
         assert found.force[-1] == pytest.approx(-4.0, rel=1e-9)
         case.contact.advance()
     assert found.force[0] == pytest.approx(0.3 * 4.0, rel=2e-2)
