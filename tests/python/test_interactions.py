@@ -262,7 +262,7 @@ def test_rows_follow_each_other_rank_by_rank():
     kept = [f.x.array.copy() for f in functions]
     for f in functions:
         f.x.array[:] = 0.0
-    joint.from_vector(x, problem.contact.assembly.gamma_scale)
+    joint.from_vector(x, problem.contact.system.scales)
     assert difference(functions[0], kept[0]) == 0.0
     for contact, f, values in zip(contacts, functions[1:], kept[1:]):
         nodes = contact.zones[0].multiplier_nodes

@@ -86,7 +86,7 @@ def test_nobody_is_named(cell, degree):
         problem, history = pile.press(contacts)
         found.append(pile.answer())
         if not names:
-            met = {(m.one, m.other): m for m in contacts.meetings()}
+            met = {(m.one, m.other): m for m in contacts.results.meetings()}
             assert set(met) == {("top_0", "bottom_1"), ("top_1", "bottom_2")}
             force = met["top_0", "bottom_1"].resultant.force
             held = problem.reactions({"held": pile.bcs[:1]})["held"]

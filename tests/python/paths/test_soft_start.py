@@ -116,7 +116,9 @@ def test_a_coefficient_with_which_solves_fail_gives_way_for_good(tmp_path):
     other.apply(1.0)
     assert raymortar.Checkpoint(other.problem, file).read() == 1.0
     (new,) = other.problem.contact.contacts
-    assert new.gamma_scale == pytest.approx(contact.assembly.gamma_scale, rel=1e-12)
+    assert new.assembly.gamma_scale == pytest.approx(
+        contact.assembly.gamma_scale, rel=1e-12
+    )
     assert new.assembly.gamma_is_soft
     assert raymortar.SNESSolver(other.problem).solve()[0] <= 1
     assert other.result() == pytest.approx(path.result(), rel=1e-9)

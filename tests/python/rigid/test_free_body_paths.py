@@ -141,7 +141,7 @@ def test_a_predicted_start_that_none_can_take_is_dropped(monkeypatch, extrapolat
             raise SetUpError("nothing stops it")
         closes()
 
-    monkeypatch.setattr(contact, "extrapolate", extrapolated)
+    monkeypatch.setattr(contact.states, "extrapolate", extrapolated)
     monkeypatch.setattr(contact, "restore", restored)
     monkeypatch.setattr(bodies, "close_gaps", closed)
 
