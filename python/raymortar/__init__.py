@@ -12,6 +12,7 @@ from .contact import Contact
 from .diagnose.failure import describe
 from .diagnose.outcome import require_convergence
 from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
+from .discretization.curving import curve
 from .errors import (
     ContactError,
     ContactLost,
@@ -32,9 +33,11 @@ from .paths.history import History
 from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
 from .results.nodal_fields import results_of
+from .rigid.body import as_body
 from .solvers.automatic import suited_to_size
 from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
+from .system.free_bodies import FreeBodies
 from .system.kept_forms import keeper
 from .tie import Tie
 
@@ -52,7 +55,8 @@ if TYPE_CHECKING:
 hooks.judge, hooks.describe = require_convergence, describe
 hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
-hooks.results = results_of
+hooks.results, hooks.free_bodies = results_of, FreeBodies
+hooks.as_target, hooks.curve = as_body, curve
 
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {

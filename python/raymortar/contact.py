@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from .discretization.curving import Smooth
+from .discretization.surfaces import Smooth
 from .discretization.slave_fields import FieldValue
 from .errors import ContactError, of_type
 from .interaction import Interaction
@@ -22,8 +22,6 @@ from .interface.present import PresentState
 from .options.friction import Law
 from .options.descriptions import shown
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
-from .rigid.body import Body
-from .rigid.shapes import Shape
 from .state import State
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
@@ -118,7 +116,7 @@ class Contact(Interaction):
         self,
         u: Function | Sequence[Function],
         facet_tags: Any,
-        pairs: str | Sequence[tuple[int | str, int | str | Shape | Body]],
+        pairs: str | Sequence[tuple[int | str, int | str | Any]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Law | None = None,
         quadrature_degree: int | None = None,

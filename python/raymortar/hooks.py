@@ -45,6 +45,14 @@ class Hooks:
     linear_solver
         Chooses the linear solver of a problem, with or without SNES: its PETSc options
         and its name; None: the direct solver.
+    as_target
+        Makes a `Target` of what may be the master of a pair in place of a tag, and leaves
+        all else as it is; None: a pair has tags and targets alone.
+    curve
+        Curves a surface of straight facets, from the surface, the mesh, its facets and
+        the argument `smooth`; None: facets stay straight.
+    free_bodies
+        Makes the equations of free targets, from the coupled system.
     results
         Makes the results of a contact, or of several in one problem; None: no results.
     """
@@ -54,6 +62,9 @@ class Hooks:
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    as_target: Callable[[Any], Any] | None = None
+    curve: Callable[[Any, Any, Any, Any], Any] | None = None
+    free_bodies: Callable[[Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
 
 

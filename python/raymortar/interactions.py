@@ -11,7 +11,7 @@ from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
 from .interaction import Interaction
 from .interface.pairs import PairTable
-from .rigid.body import Body
+from .target import Target
 from .system.coupled import CoupledSystem
 
 
@@ -101,7 +101,7 @@ def _fault(contacts: Sequence[Any]) -> str | None:
 def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
     """Why no other contact may be beside one of all facets, if so. Ties may."""
     meshed = [
-        [pair for pair in contact.pairs if not isinstance(pair.master, Body)]
+        [pair for pair in contact.pairs if not isinstance(pair.master, Target)]
         for contact in contacts
     ]
     of_all = [i for i, pairs in enumerate(meshed) if any(p.slave == ALL for p in pairs)]
@@ -110,7 +110,7 @@ def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
         pair.master: i
         for i, contact in reversed(list(enumerate(contacts)))
         for pair in contact.pairs
-        if pair.slave == ALL and isinstance(pair.master, Body)
+        if pair.slave == ALL and isinstance(pair.master, Target)
     }
     for i, (contact, pairs) in enumerate(zip(contacts, meshed)):
         twice = [(pair, of_all[0]) for pair in pairs if of_all and contact.tied is None]

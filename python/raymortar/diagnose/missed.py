@@ -20,7 +20,7 @@ from ..interaction import Interaction
 from ..interface.point_results import OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..problem import CoupledProblem
-from ..rigid.body import Body
+from ..target import Target
 from ..rigid.turning import rotation_matrix
 from .tools import AROUND, cast
 
@@ -282,7 +282,7 @@ def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     )
 
 
-def _distance(body: Body, middle: Array) -> float:
+def _distance(body: Target, middle: Array) -> float:
     """Estimate the distance of a body from a point: along some directions, or of its
     centre where that is less. Length."""
     R, shift = body.pose_of(body.motion())
@@ -291,7 +291,7 @@ def _distance(body: Body, middle: Array) -> float:
     return float(min(along.min(), np.linalg.norm(middle - body.place)))
 
 
-def _text(zone: ZoneData, body: Body, box: Array, when: str) -> str:
+def _text(zone: ZoneData, body: Target, box: Array, when: str) -> str:
     """Tell where a body is, and where the slave is that has not met it."""
     gdim = zone.facets.slave_surface.gdim
     places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import BodyLeft, ContactLost, ConvergenceError, raise_everywhere, warn
 from ..interaction import Interaction
 from ..problem import CoupledProblem
-from ..rigid.body import LARGEST_TURN
+from ..target import LARGEST_TURN
 from .failure import describe
 from .findings import DEEP, UNRESOLVED, deepest_on_tools, findings
 from .lost_contact import lost_contact

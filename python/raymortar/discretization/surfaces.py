@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from mpi4py import MPI
 
@@ -19,6 +19,10 @@ from . import facets as lookup
 from .facets import FACET_SHAPE, Facets, Global, normals, shape_functions
 from .joined import NUMBERS_OF_PART, JoinedSpace, parts_of, places_of
 from .ranks import of_all, sums_at
+
+# Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
+# tell the surface
+Smooth: TypeAlias = "bool | Callable[[Array], Array]"
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from ..errors import (
     together,
 )
 from ..options.methods import ContactOptions, Penalty
-from ..rigid.body import Body
+from ..target import Target
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, names_by_tag, read_pairs
 from .zone_data import ZoneData
@@ -219,7 +219,7 @@ def checked(
     return Given(unknowns, facet_tags, table, groups, options, tied)
 
 
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
+def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
     """Find the free bodies that slaves meet, each once; give them levers. Collective."""
     found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
     for body in found:

@@ -22,7 +22,7 @@ from ..errors import (
 )
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
-from ..rigid.body import Body, require_same_loads
+from ..target import Target, require_same_loads
 from ..state import Owner, Quantity, common, of_array, of_function
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
@@ -240,7 +240,7 @@ class PresentState:
         for zone in self._zones:
             zone.opposite = opposite_points(zone)
 
-    def begin_slip_here(self, body: Body) -> None:
+    def begin_slip_here(self, body: Target) -> None:
         """Take the present pose of a body as the old one: a flight is no slip."""
         for zone in self._zones:
             zone.motions.begin_at_present(body)

@@ -24,9 +24,9 @@ from ..discretization.facets import (
 from ..discretization.ranks import index_among, of_all
 from ..discretization.surfaces import Surface
 from ..discretization.tagged import ZoneFacets
-from ..rigid.body import Body, Motions
+from ..target import Target, Motions
 
-Masters = tuple[int | str, ...] | tuple[Body, ...]
+Masters = tuple[int | str, ...] | tuple[Target, ...]
 
 
 class MasterTags:

@@ -18,7 +18,7 @@ from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
 from ..discretization.tagged import ZoneFacets, facets_that_never_meet
 from ..discretization.thickness import Cells, thickness_behind
 from ..options.methods import ContactOptions, Search
-from ..rigid.body import Motions
+from ..target import Motions
 from .zone_data import MasterTags, ZoneData, nothing
 
 # Search distances, in sizes of facets

@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..discretization.curving import Smooth
+from ..discretization.surfaces import Smooth
 from ..discretization.slave_fields import FieldValue
 from ..errors import (
     ContactError,
