@@ -2,10 +2,11 @@
 prescribed.
 
 A slave that is prescribed throughout, with finer facets than its free master, has more
-tractions than the master has displacements to tell them apart; with friction so has one
-that is prescribed throughout along the surface. Contact is then integrated
-over the master, as if the pair had been given in the other order, and forces keep the
-names that the user gave the sides. Points, fields and the multiplier are on the master.
+tractions than the master has displacements to tell them apart. One component is enough if
+the traction has it: along the surface with friction, along the normal in any case. Contact
+is then integrated over the master, as if the pair had been given in the other order, and
+forces keep the names that the user gave the sides. Points, fields and the multiplier are
+on the master.
 """
 
 from __future__ import annotations
