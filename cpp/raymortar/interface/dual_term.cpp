@@ -2,7 +2,6 @@
 #include "raymortar/core/error.h"
 #include "raymortar/core/sorted.h"
 #include "raymortar/element/free_tools.h"
-#include "raymortar/element/general_assembler.h"
 
 namespace raymortar
 {
@@ -150,8 +149,7 @@ DualTerm::DualTerm(const ContactState& s, bool has_moving_segments)
           s.multipliers.facet.size() *
               static_cast<std::size_t>(s.multipliers.components),
           0.0)),
-      _mortar(make_general_assembler(s, _tractions), has_moving_segments),
-      _basis(s)
+      _mortar(make_assembler(s, _tractions), has_moving_segments), _basis(s)
 {
 }
 

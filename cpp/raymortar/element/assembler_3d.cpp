@@ -3,5 +3,6 @@
 namespace raymortar
 {
 template std::unique_ptr<Assembler>
-assembler_for<FacetType<Shape::quadrilateral, 1, 1>>(const ContactState&);
+assembler_in<3>(const ContactState&,
+                const std::shared_ptr<const FacetTractions>&);
 } // namespace raymortar
