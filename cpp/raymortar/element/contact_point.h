@@ -106,16 +106,6 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   {
   }
 
-  /// @brief Whether friction makes a couple over the gap  [theory (3)].
-  [[nodiscard]] bool has_couple() const
-  {
-    return is_frictional<Law> and has_arm();
-  }
-
-  /// @brief Whether the pressure acts on the target at the slave point's foot,
-  /// and not where the ray hits  [theory (4.22)].
-  [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
-
   /// @brief Traction along the normal of the frame.
   [[nodiscard]] double pressure() const { return dot<D>(normal, response.t); }
 
@@ -155,10 +145,33 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
     return along_surface(old.w);
   }
 
-private:
-  /// A multiplier closes gaps in the mean, but for what the offset leaves open
-  [[nodiscard]] bool has_arm() const { return M == 0 or offset != 0.0; }
+  /// @brief Traction that friction projects on the cone.
+  [[nodiscard]] Vec<D> trial() const requires has_cone_at_points<Law>
+  {
+    Vec<D> z = old.spring.value();
+    if constexpr (M > 0)
+      z = this->lam + this->gamma * z;
+    return z - this->gamma * old.w;
+  }
 
+  /// @brief Energy per area that friction takes in the step: on the cone the
+  /// slip beyond the cone, whose springs give nothing back  [theory (7.2)].
+  /// @param[in] has_springs Whether the law keeps the rest of the slip
+  [[nodiscard]] double
+  dissipated(bool has_springs) const requires is_frictional<Law>
+  {
+    if constexpr (has_cone_at_points<Law>)
+      if (has_springs)
+      {
+        if (response.status != ContactStatus::slip)
+          return 0.0;
+        const Vec<D> P = friction();
+        return dot<D>(P, trial() - P) / this->gamma;
+      }
+    return -dot<D>(response.t, slip());
+  }
+
+private:
   [[nodiscard]] double law_gap() const
   {
     return (of_target ? g * dot<D>(normal, this->slave.n) : g) + offset;
@@ -213,14 +226,13 @@ private:
     old.closing = closed_part(dot<D>(old.across, old.distance) + offset, gap);
     old.ahead = old.distance;
     // In the frame of the target the arm has a part across its normal
-    if (of_target and has_couple())
+    if (of_target)
       old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.ahead - dot<D>(n_0, old.ahead) * n_0);
-    old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
-    // Along the surface: means of the slip at nodes have another normal
-    if (of_target and not has_couple())
-      old.w -= g * along_surface(this->slave.n);
+    old.tilt.set(old.frame.n, this->slave.n, master, of_target);
+    old.w = old.tilt.lengthened(old.spin.turned(old.slide.value)) +
+            old.closing.length * n_0;
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>

@@ -53,6 +53,7 @@ void SlaveSide<D>::take_facet(Index facet, TaylorData<D>& e)
   e.touch = tolerance::touch * _facet.diameter();
   e.measure = s.measure;
   e.slave_bends = _facet.bends();
+  e.makes_couple = not s.eliminated;
   if (not _wanted.old)
     return;
   e.history.friction = s.friction.value_or(Coulomb{});
@@ -101,7 +102,7 @@ void SlaveSide<D>::take_scalars(const FacetField& field, Index facet,
 template <int D>
 void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
 {
-  e.history.has_springs = false;
+  e.history.has_springs = _has_rest = false;
   if (_state.traction_old.empty() or _state.has_law_at_nodes())
     return;
   const double* const values =
@@ -113,6 +114,10 @@ void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
     e.history.has_springs =
         e.history.has_springs or not _springs.at[a].isZero(0.0);
   }
+  const SpringPoints& points = _state.spring_points;
+  const auto f = static_cast<std::size_t>(facet);
+  _has_rest = not points.empty() and points.first[f] < points.first[f + 1];
+  e.history.has_springs = e.history.has_springs or _has_rest;
 }
 
 template <int D>
@@ -158,7 +163,7 @@ bool SlaveSide<D>::place(std::size_t q, TaylorData<D>& e,
       e.reference.col(p) =
           _reference.taylor(positions, count, static_cast<std::size_t>(p));
   }
-  place_fields(shapes.slave, e);
+  place_fields(xi, shapes.slave, e);
   if (_multipliers > 0)
     place_multiplier(xi, e, shapes);
   return _facet.place(positions, _wanted.along, e.slave, e.history.slave_old,
@@ -166,7 +171,8 @@ bool SlaveSide<D>::place(std::size_t q, TaylorData<D>& e,
 }
 
 template <int D>
-void SlaveSide<D>::place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const
+void SlaveSide<D>::place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
+                                TaylorData<D>& e) const
 {
   if (not _gamma.is_constant)
   {
@@ -181,6 +187,10 @@ void SlaveSide<D>::place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const
     set(_coefficient, N, e.history.coefficient);
   if (e.history.has_springs)
     set(_springs, _dofs_per_facet, N, e.history.traction_old);
+  if (_has_rest)
+    e.history.traction_old +=
+        rest_at<D>(_state.spring_points, _state.slave.shape,
+                   static_cast<std::size_t>(_number), xi, _wanted.along);
 }
 
 template <int D>

@@ -59,6 +59,8 @@ class ContactState:
     corrections: Sequence[Array] = ()
     # Numbers of slave surfaces whose sides are exchanged, see `ContactSurfaces`
     exchanged: Sequence[int] = ()
+    # Of friction springs at points, see `ZoneData`
+    spring_points: Sequence[Array | None] = ()
 
     @property
     def parts(self) -> tuple[ContactState, ...]:
@@ -253,6 +255,8 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+            rows = zone.spring_points
+            zone.cpp.set_spring_points(np.empty(0) if rows is None else rows)
         self._is_sent = True
 
     def end_update(self, is_accepted: bool) -> None:
@@ -299,7 +303,7 @@ class PresentState:
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:
-                    zone.traction_old = zone.cpp.accepted_springs()
+                    zone.traction_old, zone.spring_points = zone.cpp.accepted_springs()
         for zone in self._zones:
             zone.motions.accept()
         for body in self._surfaces.layout.bodies:
@@ -352,6 +356,7 @@ class PresentState:
             any(side.arcs is not None for zone in self._zones for side in zone.sides),
             [one.array.copy() for one in self.corrections],
             tuple(self._surfaces.exchanged),
+            [zone.spring_points for zone in self._zones],
         )
 
     def fault_of(self, state: Any) -> str | None:
@@ -380,6 +385,9 @@ class PresentState:
             one.set(values)
         for zone, traction in zip(self._zones, state.traction_old):
             zone.traction_old = traction
+            zone.spring_points = None
+        for zone, rows in zip(self._zones, state.spring_points):
+            zone.spring_points = rows
         for zone, motion in zip(self._zones, state.old_motions):
             zone.motions.old = motion
         for body, known in zip(self._surfaces.layout.bodies, state.freedoms):

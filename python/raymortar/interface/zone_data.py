@@ -13,6 +13,7 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
+from ..discretization.curving import body_nodes
 from ..discretization.facets import (
     Global,
     dot,
@@ -124,12 +125,16 @@ class ZoneData:
     multiplier_degree: int = 0
     dual_multiplier: Function | None = None  # one of dual functions
     has_law_at_nodes: bool = False
+    is_condensed: bool = False  # its multiplier is eliminated: friction has no couple
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
     # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
     # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
+    # Their rest at the points of the accepted step, see `_cpp.Zone.accepted_springs`: rows
+    # of facet, reference coordinates, area and vector, by facet
+    spring_points: Array | None = None
     # Length of the slip of all accepted steps; None without friction
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
@@ -178,6 +183,7 @@ class ZoneData:
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
+            points.setdefault("dissipated", np.empty_like(points["gap"]))
         return points
 
     def seen_points(self) -> dict[str, Array]:
@@ -221,22 +227,35 @@ class ZoneData:
     def arms(self, points: dict[str, Array]) -> Array:
         """Distances over which friction makes a couple, theory (3), (points, d)."""
         arm = points["distance"][:, None] * points["normal"]
-        arm[~self._have_arms(points)] = 0.0
-        return arm if self.frictional and not self.tied else np.zeros_like(arm)
+        makes_couple = self.frictional and not self.tied and not self.is_condensed
+        return arm if makes_couple else np.zeros_like(arm)
 
     def have_feet(self, points: dict[str, Array]) -> Mask:
         """Tell at which points the pressure acts at the foot, theory (4.22)."""
         of_master = points["contact_normal"] == -points["master_normal"]
-        return np.asarray(of_master.all(axis=1) & self._have_arms(points))
+        return np.asarray(of_master.all(axis=1))
 
-    def _have_arms(self, points: dict[str, Array]) -> Mask:
-        """Tell where open gaps count: multipliers close them, but for offsets."""
-        offset, slave = self.whole_offset, points["slave"]
-        if not len(self.multiplier_nodes):
-            return np.full(len(slave), True)
-        if offset is None:
-            return np.full(len(slave), False)
-        return np.asarray(offset.any(axis=1)[slave])
+    def levers(self, points: dict[str, Array]) -> tuple[Array, Array]:
+        """Find where forces at the points act on the slave's body, and how its nodes take
+        tractions that turn its normals [theory (2.18)], (points, d) and (points, d, d).
+
+        Equations are about nodes: a facet of a higher degree than the displacement, or an
+        arc in place of a straight one, does not have its points there.
+        """
+        surface, slave, xi = self.facets.slave_surface, points["slave"], points["xi"]
+        n = points["normal"]
+        if surface.arcs is None and surface.node_degree == surface.displacement_degree:
+            return points["x"], np.eye(surface.gdim) - n[:, :, None] * n[:, None]
+        nodes = self.cpp.slave_positions()[surface.facet_nodes[slave]]
+        _, dN = shape_functions(surface.shape, surface.node_degree, xi)
+        M, dM = shape_functions(surface.shape, surface.displacement_degree, xi)
+        count = M.shape[1]
+        off = (surface.nodes[:, :count] - body_nodes(surface))[slave]
+        own = nodes[:, :count] - off
+        tangents = np.einsum("ina,nad->ndi", dN, nodes)
+        of_body = np.einsum("ina,nad->ndi", dM, own)
+        turned = of_body @ np.linalg.pinv(tangents)
+        return np.einsum("na,nad->nd", M, own), turned
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""

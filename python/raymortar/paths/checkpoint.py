@@ -12,8 +12,6 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array
-from ..discretization.facets import FACETS_PER_CELL
-from ..discretization.joined import parts_of, places_of
 from ..errors import (
     ContactError,
     is_real_number,
@@ -30,7 +28,8 @@ from ..solvers.solver import require_problem
 from .history import History
 from .output import by_mesh
 from .patch_columns import rigid_bodies
-from .tables import Rows, Table, as_list, read_head, read_tables, write_tables
+from .spring_tables import found_springs, of_other_facets, written
+from .tables import Table, as_list, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
 SAME_PLACE = 1e-10
@@ -156,7 +155,8 @@ class Checkpoint:
             if not (is_real_number(time) and np.isfinite(time)):
                 raise ContactError(f"time must be a load factor, not {time!r}")
         state = self.problem.contact.state()
-        tables = [*self._by_cell(self._fields(state)), *self._springs(state)]
+        springs = written(self.problem.contact, state)
+        tables = [*self._by_cell(self._fields(state)), *springs]
         head = {
             "time": float(time),
             "steps": self.problem.steps_accepted,
@@ -203,37 +203,6 @@ class Checkpoint:
             numbers = compat.cells_as_given(mesh)
             yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
 
-    def _springs(self, state: Any) -> Iterator[Table]:
-        """Yield what friction springs hold, by slave facet: cell, number of the facet
-        within it, and vectors at the dofs of the cell, 0 off the facet."""
-        tractions = [t for part in state.parts for t in part.traction_old]
-        for k, (zone, held) in enumerate(zip(self.problem.contact.zones, tractions)):
-            if self._comm.allreduce(held is not None) == 0:
-                continue
-            number, slots, size = self._slots(zone)
-            values = np.zeros((len(number), size, zone.facets.slave_surface.gdim))
-            if held is not None:
-                values[np.arange(len(number))[:, None], slots] = held
-            count = self._comm.allreduce(len(number))
-            first = sum(self._comm.allgather(len(number))[: self._comm.rank])
-            table = np.column_stack(
-                [number, values.reshape(len(number), size * values.shape[2])]
-            )
-            yield Table(f"springs {k}", count, np.arange(len(number)) + first, table)
-
-    def _slots(self, zone: Any) -> tuple[Rows, Any, int]:
-        """Number of each slave facet that no partition changes, its dofs among those of
-        its cell (facets, n), and how many the cell has."""
-        facets, surface = zone.facets.slave, zone.facets.slave_surface
-        part, u = zone.facets.slave_part, self.problem.contact.u
-        V, places = parts_of(u)[part].function_space, places_of(u, part)
-        dofs = compat.dofmap_array(V)[facets.cells]
-        dofs = dofs if places is None else places[dofs]
-        own = surface.dofs[surface.facet_dofs]
-        slots = (own[:, :, None] == dofs[:, None, :]).argmax(axis=2)
-        cells = compat.cells_as_given(V.mesh)[facets.cells]
-        return cells * FACETS_PER_CELL + facets.local_facets, slots, dofs.shape[1]
-
     # Reading
 
     def read(self) -> float:
@@ -256,8 +225,10 @@ class Checkpoint:
         found = read_tables(self._comm, self.path, head, numbers)
         raise_everywhere(self._comm, self._other_mesh(tables, found))
         held = dict(zip((one["name"] for one in springs), found[len(tables) :]))
-        tractions, fault = self._tractions(held)
-        raise_everywhere(self._comm, fault)
+        other = of_other_facets(self.problem.contact, held)
+        text = f"slave surface {other} has other facets"
+        raise_everywhere(self._comm, None if other is None else self._says(text))
+        kept = list(found_springs(self.problem.contact, held))
 
         # Arrays of the user's Functions, and of the copy of the state
         for field, values in zip(fields, found[len(self._meshes) :]):
@@ -268,7 +239,7 @@ class Checkpoint:
         for body, known in zip(self._bodies, head["bodies"]):
             body.cpp.moved, body.cpp.turned = known["moved"], known["turned"]
         self._set_gamma(head["contacts"])
-        contact.restore(self._state(state, arrays, tractions, head["contacts"]))
+        contact.restore(self._state(state, arrays, kept, head["contacts"]))
         if contact.updates == 0:
             contact.update()
         self.problem.evaluate()
@@ -279,7 +250,7 @@ class Checkpoint:
         return float(head["time"])
 
     def _state(
-        self, state: Any, arrays: dict[str, Array], tractions: Any, known: Any
+        self, state: Any, arrays: dict[str, Array], kept: Any, known: Any
     ) -> Any:
         """A state of the contacts with the values of the file."""
         contact = self.problem.contact
@@ -288,20 +259,22 @@ class Checkpoint:
         u_old = np.empty_like(state.parts[0].u_old)
         for k, one in enumerate(unknowns.displacements):
             u_old[unknowns.u_places(k)] = arrays[f"accepted[{k}] {one.given.name}"]
-        parts, springs = [], iter(tractions)
+        parts, kept = [], iter(kept)
         for k, (part, of_part) in enumerate(zip(state.parts, known)):
+            springs = [next(kept) for _ in part.traction_old]
             motions = [np.array(m).reshape(-1, 15) for m in of_part["motions"]]
             new = replace(
                 part,
                 u=unknowns.u.x.array.copy(),
                 u_old=u_old,
                 multiplier=arrays.get(f"multiplier {k}"),
-                traction_old=[next(springs) for _ in part.traction_old],
+                traction_old=[one.nodal for one in springs],
                 unknowns=None if part.unknowns is None else unknowns.values(),
                 old_motions=motions,
                 freedoms=[np.array(values) for values in of_part["freedoms"]],
                 slip=arrays.get(f"slip {k}"),
                 augmentation=arrays.get(f"augmentation {k}"),
+                spring_points=[one.points for one in springs],
             )
             parts.append(new)
         return parts[0] if len(parts) == 1 else JointState(tuple(parts))
@@ -321,26 +294,6 @@ class Checkpoint:
                 one.set_gamma(factor * one.gamma)
             if saved.get("soft"):
                 one.assembly.soft_gamma = one.gamma
-
-    def _tractions(self, held: dict[str, Array]) -> tuple[list[Any], str | None]:
-        """Tractions of the springs of each zone, and why there are none."""
-        found: list[Any] = []
-        for k, zone in enumerate(self.problem.contact.zones):
-            rows = held.get(f"springs {k}")
-            if rows is None:
-                found.append(None)
-                continue
-            number, slots, size = self._slots(zone)
-            saved = rows[:, 0].astype(np.int64)
-            order = np.argsort(saved)
-            place = np.searchsorted(saved[order], number)
-            at = order[np.minimum(place, len(saved) - 1)] if len(saved) else place
-            gdim = zone.facets.slave_surface.gdim
-            if len(number) and not (len(saved) and np.array_equal(saved[at], number)):
-                return found, self._says(f"slave surface {k} has other facets")
-            values = rows[at, 1:].reshape(len(number), size, gdim)
-            found.append(values[np.arange(len(number))[:, None], slots])
-        return found, None
 
     def _says(self, text: str) -> str:
         return f"{self.path} is of another problem: {text}"
