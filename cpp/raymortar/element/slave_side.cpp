@@ -53,7 +53,6 @@ void SlaveSide<D>::take_facet(Index facet, TaylorData<D>& e)
   e.touch = tolerance::touch * _facet.diameter();
   e.measure = s.measure;
   e.slave_bends = _facet.bends();
-  e.makes_couple = not s.eliminated;
   if (not _wanted.old)
     return;
   e.history.friction = s.friction.value_or(Coulomb{});
@@ -181,6 +180,7 @@ void SlaveSide<D>::place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
   }
   if (not _offset.is_constant)
     set(_offset, N, e.offset);
+  e.makes_couple = _tractions == nullptr or e.offset[0] != 0.0;
   if (not _wanted.old)
     return;
   if (not _coefficient.is_constant)

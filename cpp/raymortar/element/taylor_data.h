@@ -27,8 +27,8 @@ struct TaylorData
   double touch = 0.0;             ///< see PointState, length
   Measure measure = Measure::reference;
   bool frame_of_target = false; ///< see ContactState::has_frame_of_target
-  /// Whether friction makes a couple over the gap. It does not where
-  /// multipliers are eliminated: it acts on several nodes  [theory (4.31)]
+  /// Whether friction makes a couple over the gap: that of dual functions does
+  /// with an offset only, as it acts on several nodes  [theory (4.30)]
   bool makes_couple = true;
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;

@@ -125,7 +125,6 @@ class ZoneData:
     multiplier_degree: int = 0
     dual_multiplier: Function | None = None  # one of dual functions
     has_law_at_nodes: bool = False
-    is_condensed: bool = False  # its multiplier is eliminated: friction has no couple
     pattern: _cpp.Pattern = field(default_factory=_cpp.Pattern)
     positions: _cpp.BlockPositions = field(default_factory=_cpp.BlockPositions)
     assembly: _cpp.AssemblyStatistics = field(default_factory=_cpp.AssemblyStatistics)
@@ -227,8 +226,10 @@ class ZoneData:
     def arms(self, points: dict[str, Array]) -> Array:
         """Distances over which friction makes a couple, theory (3), (points, d)."""
         arm = points["distance"][:, None] * points["normal"]
-        makes_couple = self.frictional and not self.tied and not self.is_condensed
-        return arm if makes_couple else np.zeros_like(arm)
+        if self.dual_multiplier is not None:
+            offset = self.at_points(self.whole_offset, points)
+            arm[offset == 0.0] = 0.0
+        return arm if self.frictional and not self.tied else np.zeros_like(arm)
 
     def have_feet(self, points: dict[str, Array]) -> Mask:
         """Tell at which points the pressure acts at the foot, theory (4.22)."""

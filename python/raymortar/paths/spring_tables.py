@@ -36,7 +36,9 @@ class _Slots:
         """Tell which facets of this rank have given numbers, and whether any has."""
         place = np.searchsorted(self.number[self.order], numbers)
         has = place < len(self.order)
-        facet = self.order[np.minimum(place, len(self.order) - 1)] if has.any() else place
+        facet = (
+            self.order[np.minimum(place, len(self.order) - 1)] if has.any() else place
+        )
         has[has] = self.number[facet[has]] == numbers[has]
         return facet, has
 

@@ -107,7 +107,6 @@ class Condensation:
         self._near = empty_matrix(self._comm, self._count, self._count)
         for part in system.parts:
             for zone in part.zones:
-                zone.is_condensed = True
                 self._add_zone(part.layout, zone)
         for matrix in (self.tests, self._law, self._near):
             matrix.assemble()

@@ -119,6 +119,7 @@ def test_it_knows_all_that_a_state_has():
     known += " augmentation"
     known += " corrections"  # nothing at an accepted step
     known += " exchanged"  # a part of the law
+    known += " spring_points"
     assert {field.name for field in fields(ContactState)} == set(known.split())
 
 
