@@ -296,8 +296,8 @@ class Contact(NodalFields, Sides):
         """Work that friction takes in this step, before `advance`. Collective.
 
         The integral of tractions times the slip beyond the cone, over the slave surfaces:
-        force times length, per thickness in 2D, or of a full turn. It is never negative,
-        0 in stick, and the heat of friction. The tractions at the end of the step count.
+        force times length, per thickness in 2D, or of a full turn. It is 0 in stick, and
+        the heat of friction. The tractions at the end of the step count.
         What the springs of an elastic penalty hold is no part of it, but
         ``stored_energy("tangential")``.
         """

@@ -223,4 +223,4 @@ def test_work_around_a_wheel_is_torque_times_angle(turn):
                 moment = scene.contact.resultant_on(wheel).moment
     assert not told
     torque = abs(float(np.ravel(moment)[-1]))
-    assert work == pytest.approx(turn * torque, rel=1e-3)
+    assert work == pytest.approx(turn * torque, rel=5e-3)

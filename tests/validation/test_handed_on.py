@@ -137,7 +137,7 @@ def test_points_keep_their_tractions(turn):
     solver = slider.problem().snes_solver
 
     def slide(t):
-        slider.move(0.01 * max(0.0, 2.0 * t - 1.0), 0.06 * min(1.0, 2.0 * t))
+        slider.move(0.04 * max(0.0, 2.0 * t - 1.0), 0.06 * min(1.0, 2.0 * t))
 
     for _ in LoadSteps(solver, slide, steps=4):
         status = set(slider.contact.points()["status"].tolist())

@@ -154,8 +154,8 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
     return z - this->gamma * old.w;
   }
 
-  /// @brief Energy per area that friction takes in the step: on the cone the
-  /// slip beyond the cone, whose springs give nothing back  [theory (7.2)].
+  /// @brief Energy per area that friction takes in the step: the work on the
+  /// slip beyond the cone, of which springs give nothing back  [theory (4.37)].
   /// @param[in] has_springs Whether the law keeps the rest of the slip
   [[nodiscard]] double
   dissipated(bool has_springs) const requires is_frictional<Law>
@@ -165,8 +165,8 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
       {
         if (response.status != ContactStatus::slip)
           return 0.0;
-        const Vec<D> P = friction();
-        return dot<D>(P, trial() - P) / this->gamma;
+        return dot<D>(along_surface(response.t), trial() - friction()) /
+               this->gamma;
       }
     return -dot<D>(response.t, slip());
   }

@@ -175,24 +175,33 @@ struct ConeSlopes
     const Vec<D> P = p.friction(), z = p.trial();
     const double z_n = dot<D>(p.normal, z);
     const Vec<D> q = z - z_n * p.normal;
-    const Mat<1, D> by_P = ((q - 2.0 * P) / p.gamma).transpose();
-    const Mat<1, D> by_z = (P / p.gamma).transpose();
-    by_n = by_P * r.t_n - r.p * by_P - z_n * by_z;
-    by_g = by_P * r.t_g;
-    by_w = by_P * r.t_w - P.transpose();
-    by_spring = by_P * r.t_spring + by_z;
-    by_coefficient = by_P * r.t_coefficient;
-    by_rate = by_P * r.t_rate;
-    if constexpr (M > 0)
+    const double t_n = dot<D>(p.normal, r.t);
+    const Vec<D> t = (r.t - t_n * p.normal) / p.gamma;
+    const Mat<1, D> by_t = ((q - P) / p.gamma).transpose();
+    const Mat<1, D> by_P = -t.transpose(), by_z = t.transpose();
+    by_n = (r.p - z_n) * by_z - t_n * by_t;
+    by_w = -p.gamma * by_z;
+    by_spring = by_z;
+    if constexpr (M == 0)
+    {
+      const Mat<1, D> by_both = by_t + by_P;
+      by_n += by_both * r.t_n;
+      by_g = by_both * r.t_g;
+      by_w += by_both * r.t_w;
+      by_spring += by_both * r.t_spring;
+      by_coefficient = by_both * r.t_coefficient;
+      by_rate = by_both * r.t_rate;
+    }
+    else
     {
       by_n += by_P * r.C_n;
-      by_g += by_P * r.C_g;
+      by_g = by_P * r.C_g;
       by_w += by_P * r.C_w;
       by_spring += by_P * r.C_spring;
       by_spring *= p.gamma; // springs hold lengths
-      by_coefficient += by_P * r.C_coefficient;
-      by_rate += by_P * r.C_rate;
-      by_lam = by_P * (r.t_lam + r.C_lam) + by_z;
+      by_coefficient = by_P * r.C_coefficient;
+      by_rate = by_P * r.C_rate;
+      by_lam = by_t + by_P * r.C_lam;
     }
   }
 
