@@ -11,10 +11,9 @@ from petsc4py import PETSc
 from .contact import Contact
 from .diagnose.failure import describe
 from .errors import ContactError, ConvergenceError, require_agreement, together, warn
-from .flux import Flux
 from .problem import CoupledProblem
 from .solvers.newton import SNESSolver
-from .tie import FieldTie
+from .terms import Addition
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"
@@ -95,7 +94,7 @@ class NonlinearProblem(CoupledProblem):
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact | Flux | FieldTie],
+        contact: Contact | Sequence[Contact | Addition],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,

@@ -301,3 +301,12 @@ def _undifferentiated(expression: Any) -> set[Any]:
             found.add(one)
         left.extend(one.ufl_operands)
     return found
+
+
+def extended(F: Any, J: Any, count: int) -> tuple[Any, Any]:
+    """Forms and their derivatives as lists, with none for further unknowns."""
+    forms = list(F) if isinstance(F, (list, tuple)) else [F]
+    table = [list(row) for row in J] if isinstance(F, (list, tuple)) else [[J]]
+    none = [None] * count
+    rows = [row + none for row in table]
+    return forms + none, rows + [[None] * (len(forms) + count) for _ in none]

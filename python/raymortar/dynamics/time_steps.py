@@ -31,7 +31,7 @@ from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
 from .account import Account, Energy
 from .inertia import Inertia
-from .motion import End, Motion, MovingVolume
+from .motion import End, Motion, InertiaTerm
 from .moving_bodies import MovingBodies
 from .schemes import (
     SCHEMES,
@@ -168,7 +168,7 @@ class TimeSteps(LoadSteps):
         self.adapt, self.touch = adapt, int(touch)
         self.motion = Motion(inertia, scheme)
         self.bodies = MovingBodies(problem.contact, scheme)
-        self._volume = MovingVolume(problem, self.motion)
+        self._inertia_term = InertiaTerm(problem, self.motion)
         self._account = Account(problem, self.motion, self.bodies, energy)
         self._accounts = energy is not None or history is not None
         if velocity is not None:
@@ -289,7 +289,7 @@ class TimeSteps(LoadSteps):
             self._begin()
         steps = super()._steps(progress)
         while True:
-            with self._volume.acting(), self.bodies.acting():
+            with self._inertia_term.acting(), self.bodies.acting():
                 step = next(steps, None)
             if step is None:
                 return

@@ -197,7 +197,7 @@ def linear_options(
         comm.size == 1
         and V.mesh.geometry.dim == 3
         and unknowns >= LEAST_KEPT
-        and problem.volume.is_linear
+        and problem.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif least <= unknowns <= most:

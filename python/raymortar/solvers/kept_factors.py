@@ -42,7 +42,7 @@ def kept_factors(most: float | None = None) -> dict[str, Any]:
     """PETSc options of a direct solver that keeps the factors of linear bodies.
 
     It solves what it can solve on one rank where the volume's tangent is kept
-    (``problem.volume.is_linear``). MUMPS solves the other systems.
+    (``problem.is_linear``). MUMPS solves the other systems.
 
     Parameters
     ----------
@@ -122,10 +122,9 @@ class KeptFactorsSolver(InnerSolvers):
 
     def _may_keep(self, ksp: PETSc.KSP) -> bool:
         """Whether there is a stiffness that is kept and lasts."""
-        volume = self.problem.volume
-        if not volume.is_linear or ksp.comm.size > 1:
+        if not self.problem.is_linear or ksp.comm.size > 1:
             return False
-        kept = volume.kept
+        kept = self.problem.kept
         if kept is not self._volume or kept.revision != self._revision:
             lasted = self._volume is None or self._age >= LASTING
             self._patience = 0 if lasted else LASTING
@@ -183,7 +182,7 @@ class KeptFactorsSolver(InnerSolvers):
     @property
     def _tangent(self) -> PETSc.Mat:
         """The tangent of the bodies without contact."""
-        return self.problem.volume.kept.tangent
+        return self.problem.kept.tangent
 
     def _near_part(self, A: PETSc.Mat) -> Any:
         """Take the entries of a matrix that the tangent may add to, as a SciPy matrix."""

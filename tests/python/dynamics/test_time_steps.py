@@ -21,7 +21,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
-from raymortar.dynamics.motion import Motion, MovingVolume
+from raymortar.dynamics.motion import InertiaTerm, Motion
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 
@@ -97,10 +97,10 @@ def test_the_tangent_is_that_of_differences(scheme, mass):
     form = ufl.inner(scene.a, scene.v) * ufl.dx
     scene.inertia = dynamics.Inertia(form, scene.contact, mass)
     problem, motion = scene.problem, Motion(scene.inertia, scheme)
-    volume = MovingVolume(problem, motion)
+    term = InertiaTerm(problem, motion)
     motion.set_velocity([scene.v0])
     motion.begin(0.1)
-    with volume.acting():
+    with term.acting():
         assert 1.8 <= moving.taylor_slope(problem, 3) <= 2.2
 
 
@@ -115,7 +115,7 @@ def test_a_flight_is_solved_from_where_it_ends(scheme, dt):
     motion.set_velocity([scene.v0])
     motion.begin(dt)
     rng = np.random.default_rng(2)
-    with MovingVolume(scene.problem, motion).acting():
+    with InertiaTerm(scene.problem, motion).acting():
         solver = SNESSolver(scene.problem)
         solver.solve()
         for _ in range(5):
