@@ -114,16 +114,6 @@ def curve(surface: Surface, mesh: Mesh, facets: Facets, smooth: Smooth) -> Surfa
     )
 
 
-def body_nodes(surface: Surface) -> Array:
-    """Undeformed places of the displacement's nodes on each facet, in the body: not on
-    the arcs that `curve` has made, (n_facets, n, d)."""
-    count = surface.facet_dofs.shape[1]
-    if surface.arcs is None:
-        return surface.nodes[:, :count]
-    chord = _shape(surface.shape).chord[:count]
-    return np.einsum("ka,fad->fkd", chord, surface.nodes[:, : chord.shape[1]])
-
-
 def _on_true_surface(
     function: Callable[[Array], Array], mids: Array, corners: Array
 ) -> Array:

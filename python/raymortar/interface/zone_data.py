@@ -13,7 +13,6 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.curving import body_nodes
 from ..discretization.facets import (
     Global,
     dot,
@@ -251,7 +250,7 @@ class ZoneData:
         _, dN = shape_functions(surface.shape, surface.node_degree, xi)
         M, dM = shape_functions(surface.shape, surface.displacement_degree, xi)
         count = M.shape[1]
-        off = (surface.nodes[:, :count] - body_nodes(surface))[slave]
+        off = (surface.nodes[:, :count] - surface.body_nodes)[slave]
         own = nodes[:, :count] - off
         tangents = np.einsum("ina,nad->ndi", dN, nodes)
         of_body = np.einsum("ina,nad->ndi", dM, own)

@@ -41,8 +41,7 @@ Vec<D> path(double theta, const Mat<D, D>& Q, bool of_target)
   const TwoFrames<D> master = master_below<D>(Q);
   const Vec<D> now = Q * -master.old.n, old = tilted<D>(-theta) * -master.old.n;
   // The chord between two points of the circle, on the surface of the law
-  const Vec<D> chord =
-      Vec<D>(old) - Vec<D>(-master.old.n);
+  const Vec<D> chord = Vec<D>(old) - Vec<D>(-master.old.n);
   const Vec<D> frame = of_target ? Vec<D>(-master.old.n) : old;
   const Vec<D> slide = Q * (chord - dot<D>(frame, chord) * frame);
   Tilt<D> tilt;
@@ -59,7 +58,8 @@ void expect_arcs()
     for (const double theta : {1e-3, 0.1, 0.3141592653589793, 0.6})
       for (const double common : {0.0, 0.8})
       {
-        const double length = path<D>(theta, tilted<D>(common), of_target).norm();
+        const double length =
+            path<D>(theta, tilted<D>(common), of_target).norm();
         EXPECT_NEAR(length / theta, 1.0, theta > 0.5 ? 1e-4 : 1e-8) << theta;
       }
 }
@@ -72,7 +72,8 @@ void expect_slopes(bool of_target)
   const TwoFrames<D> master = master_below<D>(Q);
   const Vec<D> old = tilted<D>(-0.4) * -master.old.n;
   const Vec<D> slide = random.vector<D>();
-  const auto value = [&](const Vec<D>& s, const Vec<D>& carried, const Vec<D>& n)
+  const auto value =
+      [&](const Vec<D>& s, const Vec<D>& carried, const Vec<D>& n)
   {
     Tilt<D> t;
     t.n = n;
