@@ -12,6 +12,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array
+from ..discretization.joined import parts_of
 from ..errors import (
     ContactError,
     is_real_number,
