@@ -9,8 +9,8 @@ from typing import Any
 from petsc4py import PETSc
 
 from .contact import Contact
-from .diagnose.failure import describe
 from .errors import ContactError, ConvergenceError, require_agreement, together, warn
+from .hooks import hooks
 from .problem import CoupledProblem
 from .solvers.newton import SNESSolver
 from .terms import Addition
@@ -150,12 +150,12 @@ class NonlinearProblem(CoupledProblem):
             with own.options:
                 if PETSc.Options(own.options.prefix).getBool(ERROR, True):
                     raise
-            warn(str(failure), 2)
+            warn(str(failure))
         return self.u
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
-        return describe(self)
+        return hooks.describe(self)
 
     @property
     def solver(self) -> PETSc.SNES:

@@ -33,7 +33,7 @@ from .errors import (
     require_agreement,
     together,
 )
-from .interface.overlap import warn_of_overlap
+from .hooks import hooks
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .sides import exchange_where_needed
 from .system.groups import groups_of
@@ -65,8 +65,6 @@ class CoupledProblem:
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
-    restored
-        Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
     """
@@ -121,7 +119,7 @@ class CoupledProblem:
         forms = list(F) if isinstance(F, (list, tuple)) else [F]
         at = sorted({one.at for one in unknowns.displacements})
         moving = [forms[k] for k in at], [functions[k] for k in at]
-        warn_of_inertia(*moving, stacklevel=3)
+        warn_of_inertia(*moving)
         self.forms = F, J
         compiled = partial(
             compat.form,
@@ -132,7 +130,6 @@ class CoupledProblem:
         self.history: list[float] = []
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
-        self.restored: tuple[Any, ...] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)
@@ -188,7 +185,8 @@ class CoupledProblem:
             fixed = self.contact.constrained(self.bcs)
             for one in self.contact.contacts:
                 warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
-                warn_of_overlap(one.surfaces, one.pairs)
+            for call in hooks.on_setup:
+                call(self)
         return A
 
     def make_room_for(self, M: PETSc.Mat) -> None:
@@ -198,7 +196,7 @@ class CoupledProblem:
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
-        return self.contact.create_vector(self.L)
+        return self.contact.layout.create_vector()
 
     def residual_floor(self) -> float:
         """Norm below which a residual is rounding error: of every body its stiffness
@@ -386,7 +384,6 @@ class CoupledProblem:
         rows = self.forces_of_bodies()
         b = self.create_vector()
         self.contact.assemble_vector(b)
-        b.assemble()
         rows += b.getArray(readonly=True)[: self.contact.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]

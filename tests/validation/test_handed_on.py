@@ -23,7 +23,7 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     Penalty,
-    PointStatus,
+    Status,
     tools,
 )
 from raymortar.dynamics import Inertia, Newmark, TimeSteps
@@ -141,7 +141,7 @@ def test_points_keep_their_tractions(turn):
 
     for _ in LoadSteps(solver, slide, steps=4):
         status = set(slider.contact.points()["status"].tolist())
-    assert {PointStatus.STICK, PointStatus.SLIP} <= status
+    assert {Status.STICK, PointStatus.SLIP} <= status
     before = slider.tractions()
     Q = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     V = slider.u.function_space

@@ -14,7 +14,7 @@ from ..contact import Contact
 from ..errors import format_point
 from ..interactions import Interaction
 from ..interface.pairs import in_other_order
-from ..interface.point_results import CLOSED
+from ..interface.point_results import CLOSED, Status
 from ..interface.slave_nodes import are_inside_flats, distance_ratio
 from ..interface.stiffness import (
     NO_PRESSURE,
@@ -57,6 +57,8 @@ TENSION = 0.05
 FINER, NOT_SOFTER = 1.2, 0.7
 # Degrees by which a force may be turned without a word
 TILT = 2.0
+# Radians that a body may turn in a step without a word: 2.7 % of the slip around it
+TURN = 0.2
 # Force of a pair that is not worth a word, of the largest pair's
 SMALL_FORCE = 0.01
 
@@ -120,6 +122,7 @@ def findings(problem: CoupledProblem) -> Iterator[Finding]:
             if one.friction is None and not zone.is_pulled:
                 yield from _tension(problem, one, number, few)
     yield from _tilts(contact)
+    yield from _turns(contact)
 
 
 def deepest_on_tools(contact: Interaction) -> tuple[float, str]:
@@ -157,7 +160,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
 def _pressed(zone: ZoneData) -> tuple[float, str]:
     """Find the largest penetration of a pressed point over its facet's size."""
     points, surface = zone.seen_points(), zone.facets.slave_surface
-    pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
+    pressed = np.flatnonzero((points["pressure"] > 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return 0.0, ""
     nodes = surface.X[surface.facet_nodes[points["slave"][pressed]]]
@@ -300,3 +303,30 @@ def _tilt(zone: ZoneData, is_flat: Mask) -> tuple[Array, Array]:
     aside = mine - np.einsum("mi,mi->m", mine, along)[:, None] * along
     sine = np.linalg.norm(aside / np.maximum(size, tiny), axis=1)
     return size[:, 0], np.rad2deg(np.arcsin(np.minimum(sine, 1.0)))
+
+
+def _turns(contact: Interaction) -> Iterator[Finding]:
+    """Find rigid bodies that turn by much in this step about an axis along the surface
+    that slides on them: slip is projected there and back [theory (2.9)]. Collective."""
+    for number, zone in enumerate(contact.zones):
+        points = zone.points()
+        slips = points["status"] == Status.SLIP
+        force = np.abs(points["weight"] * points["pressure"])
+        for k, body in enumerate(zone.facets.bodies):
+            mine = slips & (points["master"] == k)
+            turn, n = body.cpp.seen[3:6] - zone.motions.old[k][3:6], points["normal"]
+            n = np.pad(n[mine], ((0, 0), (0, 3 - n.shape[1])))
+            across = np.linalg.norm(turn - n * (n @ turn)[:, None], axis=1)
+            sums = np.array([force[mine] @ across, force[mine].sum()])
+            work, size = contact.layout.comm.allreduce(sums)
+            angle = work / size if size > 0.0 else 0.0
+            if angle > TURN:
+                short = 1.0 - np.sin(2.0 * angle) / (2.0 * angle)
+                yield Finding(
+                    ("turn", number, k),
+                    angle,
+                    f"the rigid {body.name} turns by {angle:.2g} rad in this step below "
+                    f"{zone.facets.spoken}, which slides around it: slip "
+                    f"and the work of friction are about {short:.0%} too small, where "
+                    "tractions are right. Take steps of 0.1 rad",
+                )

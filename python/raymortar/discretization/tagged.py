@@ -401,11 +401,16 @@ class Tagged:
         have = [set().union(*self.comm.allgather(found)) for found in here]
         found = [k for k, some in enumerate(have) if some]
         with together(self.comm):
+            for tag in tags:
+                if sum(tag in some for some in have) > 1:
+                    raise ContactError(
+                        f"facets with the {self.spoken(tag)} are on several meshes: use "
+                        "each tag number on one mesh only"
+                    )
             if len(found) > 1:
                 raise ContactError(
-                    f"facets with the {self.spoken(*tags)} are on several meshes: a tag "
-                    "has to be on one, and so have the masters of one slave. For masters on "
-                    "several meshes make a Contact for each of these, and give "
-                    "NonlinearProblem the list of contacts"
+                    f"facets with the {self.spoken(*tags)} are on several meshes, and the "
+                    "masters of one slave have to be on one: make a Contact for each of "
+                    "these, and give NonlinearProblem the list of contacts"
                 )
         return found[0] if found else 0

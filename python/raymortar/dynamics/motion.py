@@ -17,9 +17,10 @@ from ..discretization.ranks import destroy
 from ..discretization.unknowns import Lacking
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
+from ..state import Quantity, of_function
 from ..terms import Term
 from .inertia import Inertia, owned_values
-from .schemes import Midpoint, Scheme, StepEquation, end_of_step
+from .schemes import GeneralizedAlpha, Midpoint, Scheme, StepEquation, end_of_step
 
 # Tolerance of initial accelerations, and of static balances
 EXACT = 1e-14
@@ -66,20 +67,23 @@ class Motion:
         was begun, (n,).
     fastest
         Largest norm of velocities so far, by `size`.
+    was_read
+        Whether velocities are those of a state that was restored.
     """
 
     def __init__(self, inertia: Inertia, scheme: Scheme) -> None:
         self.inertia, self.scheme = inertia, scheme
         self._unknowns = inertia.contact.unknowns
-        self.velocity = self._functions("velocity")
-        self.acceleration = self._functions("acceleration")
-        self.static = self._functions("static forces")
-        self.middle = self._functions("middle")
+        self.velocity = self.functions("velocity")
+        self.acceleration = self.functions("acceleration")
+        self.static = self.functions("static forces")
+        self.middle = self.functions("middle")
         self.equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
         self.dt = self.last = self.fastest = 0.0
         self._shift = self.begun = self.unit_forces = np.zeros(0)
+        self.was_read = False
 
-    def _functions(self, name: str) -> list[Function]:
+    def functions(self, name: str) -> list[Function]:
         """Zero Functions in the spaces of the unknowns."""
         functions = self._unknowns.functions
         one = len(functions) == 1
@@ -87,6 +91,25 @@ class Motion:
             Function(f.function_space, name=name if one else f"{name} of {f.name}")
             for f in functions
         ]
+
+    @property
+    def fields(self) -> list[Function]:
+        """Functions that a step starts from besides the unknowns."""
+        found = [*self.velocity, *self.acceleration]
+        if isinstance(self.scheme, GeneralizedAlpha):
+            found += self.static
+        return found + self.middle * isinstance(self.scheme, Midpoint)
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield `fields`, the size of the accepted step and `fastest`."""
+        for f in self.fields:
+            yield of_function(f.name, f)
+
+        def write(values: Array) -> None:
+            self.last, self.fastest = values.tolist()
+            self.was_read = True
+
+        yield Quantity("speed", lambda: np.array([self.last, self.fastest]), write)
 
     def values(self, of: Sequence[Function]) -> Array:
         """Owned values of Functions, one after the other, (n,)."""
@@ -292,6 +315,7 @@ class InertiaTerm(Term):
         self.tangent: Any = None
         self._of: tuple[Any, ...] = ()
         self.revision = 0
+        motion.inertia.begin(problem.prescribed)
         problem.make_room_for(motion.inertia.matrix)
 
     def acting(self) -> AbstractContextManager[None]:

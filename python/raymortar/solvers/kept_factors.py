@@ -13,7 +13,7 @@ from ..discretization.joined import unrolled
 from ..discretization.ranks import destroy
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .levels import sides
-from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, nested
+from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, kept_inside, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and the largest number of solves, each for the residual left
@@ -92,6 +92,7 @@ class KeptFactorsSolver(InnerSolvers):
         # Systems of this stiffness, those before it is factorised, those not solved
         self._revision = self._age = self._patience = self._inexact = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         A, _ = ksp.getOperators()

@@ -14,7 +14,7 @@ from .. import compat
 from ..compat import Array, Mask
 from ..discretization.unknowns import Unknowns
 from ..errors import together
-from .kept_forms import Kept, inputs_if_linear
+from ..hooks import hooks
 
 
 class Forms:
@@ -155,13 +155,11 @@ class Volume:
         self.contact, self.L, self.a = contact, L, a
         self.updated = updated
         self.has_several = isinstance(L, list)
-        self.kept: Kept | None = None
+        self.kept: Any = None
         self._forms = Forms(contact, L, a)
-        if forms is not None and updated is None:
+        if forms is not None and updated is None and hooks.keeper is not None:
             forms = forms if self.has_several else [forms]
-            inputs = inputs_if_linear(forms, contact.unknowns.functions)
-            if inputs is not None:
-                self.kept = Kept(contact, self._forms, pattern, *inputs)
+            self.kept = hooks.keeper(contact, self._forms, pattern, forms)
 
     @property
     def is_linear(self) -> bool:

@@ -182,11 +182,11 @@ private:
     std::vector<double> A(static_cast<std::size_t>(n * n));
     const auto rows = rows_of(e);
     const CouplingSink couple = [&](std::size_t element, Index master,
-                                    const double* block, int n,
+                                    const double* block, int width,
                                     const double* hit_rows)
     {
       EXPECT_EQ(element, e);
-      EXPECT_EQ(n, size);
+      EXPECT_EQ(width, size);
       EXPECT_EQ(hit_rows == nullptr, hit == no_index);
       ++_couplings;
       const auto columns = master_dofs(master);
