@@ -116,7 +116,9 @@ class CondensedProblem:
         # Of the last residual: the user's unknowns, None where there is none; its rows,
         # the multipliers, and how these have to change to balance slave nodes
         self._at: Array | None = None
-        self._rows = self._lam = self._change = np.empty(0)
+        self._rows: Array = np.empty(0)
+        self._lam: Array = self._rows
+        self._change: Array = self._rows
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.coupled!r}>"
@@ -171,7 +173,8 @@ class CondensedProblem:
                     )
         contact.constrained(self.bcs)
         condensation.set_prescribed(problem.prescribed)
-        self._at, self._lam = None, self._multipliers(x)
+        self._at = None
+        self._lam = self._multipliers(x)
         self._show(x, self._lam)
         condensation.weigh()
         lacking = contact.unknowns.lacking(self.bcs)
