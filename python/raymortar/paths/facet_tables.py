@@ -107,7 +107,7 @@ def _of_nodes(slots: _Slots, held: Array | None) -> Array:
 
 def _of_points(slots: _Slots, rows: Array | None) -> Array:
     """Number of the facet of each point, shape functions there of the dofs of its cell,
-    area and vector."""
+    reference coordinates, area and vector."""
     surface, d = slots.surface, slots.surface.gdim
     if rows is None:
         rows = np.zeros((0, 2 * d + 1))
@@ -115,13 +115,17 @@ def _of_points(slots: _Slots, rows: Array | None) -> Array:
     N, _ = shape_functions(surface.shape, surface.displacement_degree, rows[:, 1:d])
     shares = np.zeros((len(rows), slots.size))
     shares[np.arange(len(rows))[:, None], slots.dofs[facet]] = N
-    return np.column_stack([slots.number[facet], shares, rows[:, d:]])
+    return np.column_stack([slots.number[facet], shares, rows[:, 1:]])
 
 
 def _points(slots: _Slots, facet: Any, rows: Array) -> Array:
     """Rows of points as contact has them, by facet."""
-    surface, size = slots.surface, slots.size
-    N = np.take_along_axis(rows[:, :size], slots.dofs[facet], axis=1)
-    xi = N @ facet_nodes(surface.shape, surface.displacement_degree)
-    points = np.column_stack([facet, xi, rows[:, size:]])
+    surface, end = slots.surface, slots.size + slots.surface.gdim - 1
+    N = np.take_along_axis(rows[:, : slots.size], slots.dofs[facet], axis=1)
+    degree, xi = surface.displacement_degree, rows[:, slots.size : end]
+    same = N == shape_functions(surface.shape, degree, xi)[0]
+    # Another partition may have the corners in another order
+    places = N @ facet_nodes(surface.shape, degree)
+    xi = np.where(same.all(axis=1)[:, None], xi, places)
+    points = np.column_stack([facet, xi, rows[:, end:]])
     return points[np.argsort(facet, kind="stable")]
