@@ -184,7 +184,7 @@ def test_a_penalty_stores_what_the_bodies_do_not(cell, record_property):
 @pytest.mark.parametrize("tangential", ["elastic", "rate"])
 def test_a_penalty_with_friction_balances(tangential, record_property):
     """What penetration and springs store is no error; what springs store is no work of
-    friction (4.37)."""
+    friction (4.39)."""
     method = Penalty(20.0 * E, tangential=tangential)
     way = pressed_and_cycled(10, 0.05)[:20]
     history = recorded("quadrilateral", way, 4, method=method, friction=Coulomb(MU))

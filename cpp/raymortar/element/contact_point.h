@@ -155,7 +155,7 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   }
 
   /// @brief Energy per area that friction takes in the step: the work on the
-  /// slip beyond the cone, of which springs give nothing back  [theory (4.37)].
+  /// slip beyond the cone, of which springs give nothing back  [theory (4.39)].
   /// @param[in] has_springs Whether the law keeps the rest of the slip
   [[nodiscard]] double
   dissipated(bool has_springs) const requires is_frictional<Law>
