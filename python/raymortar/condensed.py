@@ -165,8 +165,9 @@ class CondensedProblem:
         problem, contact, condensation = self.coupled, self.contact, self._condensation
         with together(self.comm):
             for zone in contact.zones:
-                found = zone.offset, zone.adjustment
-                if zone.frictional and any(o is not None and o.any() for o in found):
+                offsets = zone.offset, zone.adjustment
+                has_offset = any(o is not None and o.any() for o in offsets)
+                if zone.frictional and has_offset:
                     raise SetUpError(
                         "CondensedProblem has no offset with friction, whose couple acts "
                         "on several slave nodes: take NonlinearProblem"
