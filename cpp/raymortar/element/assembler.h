@@ -80,8 +80,8 @@ struct ContactState
   std::optional<FrictionLaw> friction;     ///< none: frictionless
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
-  /// Whether slip within the cone is kept from step to step, as springs keep it;
-  /// false: friction takes its work, too
+  /// Whether slip within the cone is kept from step to step, as springs keep
+  /// it; false: friction takes its work, too
   bool keeps_springs = true;
   bool moving_segments = false; ///< differentiate through the vertices, too
   bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)

@@ -100,12 +100,11 @@ public:
     const Columns geometry(e, q, p, by, along.bend, no_gamma, no_lam);
     const Columns of_traction(e, q, p, by, along.bend, along.log_gamma, lam);
     const Mat<T, T> eta_xi = geometry.eta();
-    Mat<2, T> h_xi =
-        chain<2>(Geometric(d).slopes(), p, by, geometry) +
-        d.by_t * chain<D>(traction_slopes(p), p, by, of_traction) +
-        d.by_slave * field.slave_xi.transpose() +
-        d.by_target * (field.target_eta.transpose() * eta_xi) +
-        d.sides * law_xi.transpose() + h * along.area.log_jacobian;
+    Mat<2, T> h_xi = chain<2>(Geometric(d).slopes(), p, by, geometry) +
+                     d.by_t * chain<D>(traction_slopes(p), p, by, of_traction) +
+                     d.by_slave * field.slave_xi.transpose() +
+                     d.by_target * (field.target_eta.transpose() * eta_xi) +
+                     d.sides * law_xi.transpose() + h * along.area.log_jacobian;
     if (d.cone)
       h_xi += d.by_cone * (chain<1>(d.cone->slopes(), p, by, of_traction) -
                            d.cone->value * along.log_gamma);

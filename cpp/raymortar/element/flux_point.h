@@ -217,8 +217,8 @@ struct FluxSlopes
 {
   Mat<2, D> by_t, by_n, by_w;
   Vec<2> by_g;
-  Vec<2> by_slave, by_target; ///< by the field
-  Vec<2> sides{1.0, -1.0};    ///< by the flux
+  Vec<2> by_slave, by_target;      ///< by the field
+  Vec<2> sides{1.0, -1.0};         ///< by the flux
   Vec<2> by_cone = Vec<2>::Zero(); ///< by the energy of the cone, if there is
   std::optional<ConeSlopes<D, M>> cone;
 

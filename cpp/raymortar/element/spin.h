@@ -63,9 +63,11 @@ private:
     if (std::abs(half) < small)
     {
       along =
-          1.0 - s / 3.0 * (1.0 + s / 15.0 * (1.0 + 2.0 / 21.0 * s * (1.0 + 0.1 * s)));
-      by_half = -half * 2.0 / 3.0 *
-                (1.0 + 2.0 / 15.0 * s * (1.0 + s / 7.0 * (1.0 + 2.0 / 15.0 * s)));
+          1.0 -
+          s / 3.0 * (1.0 + s / 15.0 * (1.0 + 2.0 / 21.0 * s * (1.0 + 0.1 * s)));
+      by_half =
+          -half * 2.0 / 3.0 *
+          (1.0 + 2.0 / 15.0 * s * (1.0 + s / 7.0 * (1.0 + 2.0 / 15.0 * s)));
       return;
     }
     const double sine = std::sin(half), cosine = std::cos(half);

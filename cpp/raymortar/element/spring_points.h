@@ -92,8 +92,7 @@ template <int D>
   }
   sum.col(0) /= weights;
   for (int j = 0; j < T and along; ++j)
-    sum.col(1 + j) =
-        (sum.col(1 + j) - weights_xi[j] * sum.col(0)) / weights;
+    sum.col(1 + j) = (sum.col(1 + j) - weights_xi[j] * sum.col(0)) / weights;
   sum.col(0) += rest(nearest);
   return sum;
 }

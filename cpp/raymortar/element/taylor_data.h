@@ -30,7 +30,7 @@ struct TaylorData
   /// Whether friction makes a couple over the gap: that of dual functions does
   /// with an offset only, as it acts on several nodes  [theory (4.30)]
   bool makes_couple = true;
-  bool slave_bends = true;      ///< false: tangents are the same at all points
+  bool slave_bends = true; ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<F, true> history;
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
