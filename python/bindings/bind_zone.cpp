@@ -212,8 +212,8 @@ py::array_t<double> rows_of(const SpringPoints& points, py::ssize_t gdim)
           points.rest.data() + static_cast<py::ssize_t>(q) * gdim;
       rows.insert(rows.end(), rest, rest + gdim);
     }
-  return to_array(rows, {static_cast<py::ssize_t>(points.xi.size()),
-                         2 * gdim + 1});
+  return to_array(rows,
+                  {static_cast<py::ssize_t>(points.xi.size()), 2 * gdim + 1});
 }
 
 SpringPoints spring_points(const Array<double>& rows, Index facets, int gdim)
@@ -396,9 +396,12 @@ void bind_zone(py::module_& m)
              const Surface& s = z.state().slave;
              const auto d = static_cast<py::ssize_t>(s.gdim);
              return py::make_tuple(
-                 to_array(springs.nodal, {s.num_facets(), s.dofs_per_facet(), d}),
+                 to_array(springs.nodal,
+                          {s.num_facets(), s.dofs_per_facet(), d}),
                  rows_of(springs.points, d));
            })
+      .def("set_couples_over_gaps", &Zone::set_couples_over_gaps,
+           py::arg("set"))
       .def("set_spring_points",
            [](Zone& z, const Array<double>& rows)
            {
@@ -414,8 +417,9 @@ void bind_zone(py::module_& m)
            [](const Zone& z)
            {
              const Surface& s = z.state().slave;
-             return to_array(s.x, {static_cast<py::ssize_t>(s.x.size()) / s.gdim,
-                                   static_cast<py::ssize_t>(s.gdim)});
+             return to_array(s.x,
+                             {static_cast<py::ssize_t>(s.x.size()) / s.gdim,
+                              static_cast<py::ssize_t>(s.gdim)});
            })
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)

@@ -143,6 +143,7 @@ class Sides(Interaction):
         given, gamma = self._given.with_exchanged(surfaces), self.assembly.gamma
         self._make(given, gamma, self._offsets.value)
         self._present.dt, self._present.u_old[:] = before.dt, before.u_old
+        self._present.couples_over_gaps = before.couples_over_gaps
 
 
 def exchange_where_needed(contact: Any, bcs: Sequence[Any]) -> bool:

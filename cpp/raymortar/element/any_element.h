@@ -37,12 +37,12 @@ public:
     const double arm = p.weight * p.g;
     this->add_force(p.weight * p.response.t, at);
     if constexpr (is_frictional<Law>)
-      if (e.makes_couple)
+      if (p.has_couple())
         this->add_turn(Side::slave,
                        arm * (dual_tangents<D>(p.slave).transpose() *
                               p.turning(p.response.t)),
                        p.slave.n, at);
-    if (p.of_target and at.has_target())
+    if (p.has_foot() and at.has_target())
     {
       const Frame<D>& target = e.master_frames.now;
       this->add_turn(Side::target,
@@ -224,15 +224,18 @@ private:
     if (not p.of_target)
     {
       if constexpr (is_frictional<Law>)
-        if (e.makes_couple)
+        if (p.has_couple())
           add_couple_tangent(e, p, by, columns, dt, at);
       return;
     }
+    const bool has_foot = p.has_foot() and at.has_target();
+    if (not p.has_couple() and not has_foot)
+      return;
     const TaylorRows<D, D> dnu = vary_normal(p, by, columns);
     if constexpr (is_frictional<Law>)
-      if (e.makes_couple)
+      if (p.has_couple())
         add_couple_tangent(e, p, by, columns, across_rows(p, dt, dnu), at);
-    if (at.has_target())
+    if (has_foot)
       add_foot_tangent(e, p, by, columns, pressure_rows(p, dt, dnu), at);
   }
 

@@ -88,6 +88,9 @@ struct ContactState
   /// Whether slip within the cone is kept from step to step, as springs keep
   /// it; false: friction takes its work, too
   bool keeps_springs = true;
+  /// Whether friction makes a couple over the gaps that a multiplier leaves
+  /// open at single points; false: over those of an offset only
+  bool couples_over_gaps = false;
   bool moving_segments = false; ///< differentiate through the vertices, too
   bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
   FacetField gamma;         ///< traction per length

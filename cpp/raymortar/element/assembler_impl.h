@@ -243,9 +243,9 @@ private:
     const Vec<D> arm =
         p.slave.x + p.g * p.slave.n - freedom.centre.template head<D>();
     const Vec<D> to_foot =
-        p.of_target ? Vec<D>(p.weight * p.pressure() * p.g *
-                             (p.normal.dot(p.slave.n) * p.normal - p.slave.n))
-                    : Vec<D>(Vec<D>::Zero());
+        p.has_foot() ? Vec<D>(p.weight * p.pressure() * p.g *
+                              (p.normal.dot(p.slave.n) * p.normal - p.slave.n))
+                     : Vec<D>(Vec<D>::Zero());
     const Index n = freedom.size();
     const int size = shapes.size(), alone = shapes.alone();
     for (Index j = 0; j < n; ++j)

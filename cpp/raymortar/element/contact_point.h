@@ -81,8 +81,11 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   double g;                ///< length of the ray from slave to master
   Vec<F::dofs> N_m;        ///< master shape functions at eta
   double offset;           ///< added to gaps, length
-  Vec<D> normal;           ///< of the frame: n, or -n_m  [theory (2.14)]
-  double gap;              ///< of the law: along that normal, with the offset
+  /// Whether tractions act over the gap. A multiplier closes gaps in the mean,
+  /// but for what the offset leaves open
+  bool has_arm;
+  Vec<D> normal; ///< of the frame: n, or -n_m  [theory (2.14)]
+  double gap;    ///< of the law: along that normal, with the offset
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -101,10 +104,21 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
       : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
         N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
+        has_arm(acts_over_gaps(e)),
         normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
         gap(law_gap()), response(respond(e, q))
   {
   }
+
+  /// @brief Whether friction makes a couple over the gap  [theory (3)].
+  [[nodiscard]] bool has_couple() const
+  {
+    return is_frictional<Law> and has_arm;
+  }
+
+  /// @brief Whether the pressure acts on the target at the slave point's foot,
+  /// and not where the ray hits  [theory (4.22)].
+  [[nodiscard]] bool has_foot() const { return of_target and has_arm; }
 
   /// @brief Traction along the normal of the frame.
   [[nodiscard]] double pressure() const { return dot<D>(normal, response.t); }
@@ -195,7 +209,8 @@ private:
         Target(frame_of_target(e)),
         xi(q.xi),
         g(q.g),
-        offset(this->value(e.offset))
+        offset(this->value(e.offset)),
+        has_arm(acts_over_gaps(e))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
@@ -226,13 +241,16 @@ private:
     old.closing = closed_part(dot<D>(old.across, old.distance) + offset, gap);
     old.ahead = old.distance;
     // In the frame of the target the arm has a part across its normal
-    if (of_target)
+    if (of_target and has_couple())
       old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.ahead - dot<D>(n_0, old.ahead) * n_0);
     old.tilt.set(old.frame.n, this->slave.n, master, of_target);
     old.w = old.tilt.lengthened(old.spin.turned(old.slide.value)) +
             old.closing.length * n_0;
+    // Along the surface: means of the slip at nodes have another normal
+    if (of_target and not has_couple())
+      old.w -= g * along_surface(this->slave.n);
   }
 
   void set_spring(const Data& e) requires is_frictional<Law>

@@ -76,14 +76,24 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   if constexpr (requires { law.by_w; })
     by_gap += p.old.closing.by_now * (law.by_w * p.old.normal);
   Vec<R> by_g = by_gap; // by the length of the ray
-  Mat<R, D> by_n = law.by_n;
+  Mat<R, D> by_n = law.by_n, by_turn_of_arm = Mat<R, D>::Zero();
   if (at.frame.of_target)
   {
     const double along = dot<D>(p.slave.n, p.normal);
     by_g *= along;
     by_n += (p.g * by_gap) * p.slave.n.transpose();
     if constexpr (requires { law.by_w; }) // the arm
-      by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+    {
+      if (p.has_couple())
+        by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+      else
+      {
+        const Vec<R> by_normal = law.by_w * p.normal;
+        by_g -= law.by_w * p.slave.n - along * by_normal;
+        by_n += p.g * (by_normal * p.slave.n.transpose() + along * law.by_w);
+        by_turn_of_arm = p.g * (by_normal * p.normal.transpose() - law.by_w);
+      }
+    }
   }
   const Mat<1, D> along_ray = at.vary.dual.row(D - 1);
   Mat<R, D> by_ends = by_g * along_ray;
@@ -96,7 +106,7 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
     by_ends += by_n * at.frame.by_ends;
   Mat<R, D> by_turn = -at.vary.g * by_ends;
   if (at.frame.of_target)
-    by_turn += (p.g * by_gap) * p.normal.transpose();
+    by_turn += (p.g * by_gap) * p.normal.transpose() + by_turn_of_arm;
   else
     by_turn += by_n;
   if constexpr (requires { law.by_w; })
@@ -272,7 +282,7 @@ public:
       const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
         w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
-      else
+      else if (_p.has_couple())
         w -= _p.g * _at.slip.by_slide * bend.n;
       w += _at.slip.tilt.by_carried * (_at.slip.convected * bend.n);
       if constexpr (D == 3)

@@ -201,7 +201,9 @@ void SlaveSide<D>::place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
   }
   if (not _offset.is_constant)
     set(_offset, N, e.offset);
-  e.makes_couple = _tractions == nullptr or e.offset[0] != 0.0;
+  // Tractions of dual functions act on several nodes  [theory (4.30)]
+  e.has_arm = _multipliers == 0 or e.offset[0] != 0.0 or
+              (_state.couples_over_gaps and _tractions == nullptr);
   if (not _wanted.old)
     return;
   if (not _coefficient.is_constant)

@@ -27,10 +27,8 @@ struct TaylorData
   double touch = 0.0;             ///< see PointState, length
   Measure measure = Measure::reference;
   bool frame_of_target = false; ///< see ContactState::has_frame_of_target
-  /// Whether friction makes a couple over the gap: that of dual functions does
-  /// with an offset only, as it acts on several nodes  [theory (4.30)]
-  bool makes_couple = true;
-  bool slave_bends = true; ///< false: tangents are the same at all points
+  bool has_arm = true;          ///< see HitPoint
+  bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<F, true> history;
   /// Unfelt parts of the multiplier at its nodes, if anything is kept
@@ -80,6 +78,13 @@ requires F::is_taylor [[nodiscard]] bool
 frame_of_target(const ElementData<F, L, Law>& e)
 {
   return e.frame_of_target;
+}
+
+template <class F, int L, class Law>
+requires F::is_taylor [[nodiscard]] bool
+acts_over_gaps(const ElementData<F, L, Law>& e)
+{
+  return e.has_arm;
 }
 
 template <class F, int L, class Law>

@@ -75,7 +75,7 @@ public:
       add_arms(e, p, slopes, along, columns, t, at, out);
     else if constexpr (is_frictional<Law>)
     {
-      if (e.makes_couple)
+      if (p.has_couple())
         add_couple(p, slopes, along, r.t, t, at, out);
     }
     if constexpr (Kernel::has_condition)
@@ -199,10 +199,10 @@ private:
     const Mat<D, D>& by_ends = slopes.frame.by_ends;
     const Mat<D, T> nu_xi = columns.template ray<D>(-p.g * by_ends, by_ends);
     if constexpr (is_frictional<Law>)
-      if (e.makes_couple)
+      if (p.has_couple())
         add_couple(p, slopes, along, p.turning(p.response.t),
                    p.across_change(t_xi, nu_xi), at, out);
-    if (at.has_target())
+    if (p.has_foot() and at.has_target())
       add_foot(e, p, slopes, along, columns.eta(),
                p.pressure_change(t_xi, nu_xi), at, out);
   }

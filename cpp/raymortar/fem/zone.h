@@ -197,6 +197,12 @@ public:
   /// gdim).
   [[nodiscard]] Springs accepted_springs() const;
 
+  /// @brief Whether friction makes couples over gaps, see ContactState.
+  void set_couples_over_gaps(bool set)
+  {
+    _interface.set_couples_over_gaps(set);
+  }
+
   /// @brief What springs hold at points, as `accepted_springs` gives it.
   void set_spring_points(SpringPoints points)
   {

@@ -99,6 +99,8 @@ public:
   /// @throws Error for a name that is none of theirs
   void set_field(std::string_view name, std::span<const double> values);
   void set_friction_bounds(std::vector<PointBound> bounds);
+  /// @brief Whether friction makes couples over gaps, see ContactState.
+  void set_couples_over_gaps(bool set) { _state.couples_over_gaps = set; }
   /// @brief What springs hold at points, with the field "traction_old".
   void set_spring_points(SpringPoints points)
   {

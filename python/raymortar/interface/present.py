@@ -128,6 +128,21 @@ class PresentState:
         self.note_change()
 
     @property
+    def couples_over_gaps(self) -> bool:
+        """Whether friction makes couples over the gaps that multipliers leave open at
+        single points, too, theory (3). Moments then balance, in more iterations."""
+        return any(zone.couples_over_gaps for zone in self._zones)
+
+    @couples_over_gaps.setter
+    def couples_over_gaps(self, value: bool) -> None:
+        if value == self.couples_over_gaps:
+            return
+        for zone in self._zones:
+            zone.couples_over_gaps = value
+        self._is_sent = False
+        self.note_change()
+
+    @property
     def has_history(self) -> bool:
         """Whether steps have been accepted, or this rank has values of a restored state."""
         values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
@@ -165,6 +180,7 @@ class PresentState:
             )
             rows = zone.spring_points
             zone.cpp.set_spring_points(np.empty(0) if rows is None else rows)
+            zone.cpp.set_couples_over_gaps(zone.couples_over_gaps)
         self.unfelt.send(self.u_old)
         self._is_sent = True
 

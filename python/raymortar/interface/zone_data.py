@@ -133,6 +133,8 @@ class ZoneData:
     # Their rest at the points of the accepted step, see `_cpp.Zone.accepted_springs`: rows
     # of facet, reference coordinates, area and vector, by facet
     spring_points: Array | None = None
+    # Whether friction makes couples over gaps, see `PresentState`
+    couples_over_gaps: bool = False
     # Length of the slip of all accepted steps; None without friction
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
@@ -229,15 +231,20 @@ class ZoneData:
     def arms(self, points: dict[str, Array]) -> Array:
         """Distances over which friction makes a couple, theory (3), (points, d)."""
         arm = points["distance"][:, None] * points["normal"]
-        if self.dual_multiplier is not None:
-            offset = self.at_points(self.whole_offset, points)
-            arm[offset == 0.0] = 0.0
+        arm[~self._have_arms(points)] = 0.0
         return arm if self.frictional and not self.tied else np.zeros_like(arm)
 
     def have_feet(self, points: dict[str, Array]) -> Mask:
         """Tell at which points the pressure acts at the foot, theory (4.22)."""
         of_master = points["contact_normal"] == -points["master_normal"]
-        return np.asarray(of_master.all(axis=1))
+        return np.asarray(of_master.all(axis=1) & self._have_arms(points))
+
+    def _have_arms(self, points: dict[str, Array]) -> Mask:
+        """Tell where open gaps count: multipliers close them in the mean."""
+        over_gaps = self.couples_over_gaps and self.dual_multiplier is None
+        if over_gaps or not len(self.multiplier_nodes):
+            return np.full(len(points["slave"]), True)
+        return np.asarray(self.at_points(self.whole_offset, points) != 0.0)
 
     def levers(self, points: dict[str, Array]) -> tuple[Array, Array]:
         """Find where forces at the points act on the slave's body, and how its nodes take
