@@ -26,7 +26,8 @@ HUB, RIM, LINING, BACK = 1, 2, 3, 4
 METHODS = {
     "points": AugmentedLagrangian,
     "nodes": lambda: AugmentedLagrangian(condition="nodes"),
-    "penalty": lambda: Penalty(1000.0),
+    # In an overlap pressure has a moment of its own: 2e-3 of the torque at 1000
+    "penalty": lambda: Penalty(10000.0),
 }
 
 
@@ -100,8 +101,10 @@ def test_work_is_torque_times_angle(steps, method, ring_is_slave, record_propert
         def turn(t):
             brake.turn(step * (k + t))
 
+        work = 0.0
         for _ in LoadSteps(brake.solver, turn, steps=1):
             torque = abs(float(brake.contact.resultant().moment))
-            errors.append(brake.contact.friction_work() / (torque * step) - 1.0)
+            work += brake.contact.friction_work()
+        errors.append(work / (torque * step) - 1.0)
     record_property("errors", errors)
     assert max(map(abs, errors[2:])) <= 1e-3
