@@ -223,8 +223,8 @@ def test_work_around_a_wheel_is_torque_times_angle(turn):
 
             for _ in LoadSteps(solver, apply, steps=1):
                 work = scene.contact.friction_work()
-                of_slip = slip_work(scene.contact.zones)
-                moment = scene.contact.resultant_on(wheel).moment
+                of_slip = slip_work(scene.contact.surfaces.zones)
+                moment = scene.contact.results.resultant_on(wheel).moment
     assert any("wheel turns by" in str(one.message) for one in told) == (turn > 1.0)
     short = 0.14 if turn > 1.0 else 0.0
     expected = (1.0 - short) * turn * abs(float(np.ravel(moment)[-1]))

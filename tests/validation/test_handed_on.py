@@ -95,7 +95,7 @@ class Slider:
         self.contact.update()
         found = [
             zone.points()["traction"] * zone.points()["weight"][:, None]
-            for zone in self.contact.zones
+            for zone in self.contact.surfaces.zones
         ]
         return np.concatenate(found)
 
@@ -118,15 +118,15 @@ def test_a_held_body_keeps_its_force(law, dim, degree, units):
     ratios = []
 
     def ratio():
-        force = slider.contact.resultant().force
+        force = slider.contact.results.resultant().force
         ratios.append(-force[0] / force[-1])
 
     for _ in range(10):
         LoadSteps(solver, lambda t: slider.move(0.08, 0.06), steps=1).run()
         ratio()
-        solved = slider.contact.resultant().force
+        solved = slider.contact.results.resultant().force
         slider.contact.update()
-        again = slider.contact.resultant().force
+        again = slider.contact.results.resultant().force
         assert worst(again - solved) <= 1e-10 * worst(solved)
     assert abs(ratios[0]) > 0.2
     assert max(ratios) - min(ratios) <= 1e-9
@@ -142,7 +142,7 @@ def test_points_keep_their_tractions(turn):
         slider.move(0.04 * max(0.0, 2.0 * t - 1.0), 0.06 * min(1.0, 2.0 * t))
 
     for _ in LoadSteps(solver, slide, steps=4):
-        status = set(slider.contact.points()["status"].tolist())
+        status = set(slider.contact.results.points()["status"].tolist())
     assert {Status.STICK, Status.SLIP} <= status
     before = slider.tractions()
     Q = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
@@ -164,7 +164,7 @@ def test_statuses_turn_with_the_bodies(law):
         slider.move(0.04 * max(0.0, 2.0 * t - 1.0), 0.06 * min(1.0, 2.0 * t))
 
     for _ in LoadSteps(solver, slide, steps=4):
-        slips = Status.SLIP in contact.points()["status"]
+        slips = Status.SLIP in contact.results.points()["status"]
     before, tractions = held(contact), slider.tractions()
     assert slips and {Status.OPEN, Status.STICK} <= set(before)
     for turn in (0.4, 1.1, 2.6):
@@ -183,7 +183,9 @@ def test_statuses_turn_with_the_bodies(law):
 def held(contact):
     """Statuses at all points of this rank."""
     contact.update()
-    return [int(one) for zone in contact.zones for one in zone.points()["status"]]
+    return [
+        int(one) for zone in contact.surfaces.zones for one in zone.points()["status"]
+    ]
 
 
 def test_dynamics_hands_on_its_force():
@@ -206,7 +208,7 @@ def test_dynamics_hands_on_its_force():
     )
     for _ in steps:
         slider.contact.update()
-        now = slider.contact.resultant().force
+        now = slider.contact.results.resultant().force
         then = np.array([history["force_0_x"][-1], history["force_0_y"][-1]])
         assert worst(now - then) <= 1e-10 * max(worst(then), 1e-6)
     assert history["friction_work"][-1] > 0.0

@@ -122,13 +122,13 @@ def test_the_resultant_is_that_of_the_slaves_rows(
     upper[states.upper_dofs(scene, V)] = True
     mine = upper_of_all(V, upper)
     turn = moments(x[mine], forces[mine])
-    moment = np.ravel(contact.resultant().moment)
+    moment = np.ravel(contact.results.resultant().moment)
     size = np.abs(turn).sum()
     assert size > 0.0
     assert np.abs(turn.sum(axis=0) - moment).max() <= 1e-10 * size
-    assert np.abs(forces[mine].sum(axis=0) - contact.resultant().force).max() <= (
-        1e-10 * np.abs(forces).sum()
-    )
+    assert np.abs(
+        forces[mine].sum(axis=0) - contact.results.resultant().force
+    ).max() <= (1e-10 * np.abs(forces).sum())
 
 
 def upper_of_all(V, marks):

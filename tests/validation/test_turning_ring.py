@@ -103,7 +103,7 @@ def test_work_is_torque_times_angle(steps, method, ring_is_slave, record_propert
 
         work = 0.0
         for _ in LoadSteps(brake.solver, turn, steps=1):
-            torque = abs(float(brake.contact.resultant().moment))
+            torque = abs(float(brake.contact.results.resultant().moment))
             work += brake.contact.friction_work()
         errors.append(work / (torque * step) - 1.0)
     record_property("errors", errors)

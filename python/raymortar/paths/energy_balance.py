@@ -123,8 +123,8 @@ def balance_of_step(
     """
     contact: Any = problem.contact
     end = contact.state()
-    u = contact.u_of(end)
-    du = (u - contact.u_of(begin))[: contact.layout.n_u]
+    u = contact.states.u_of(end)
+    du = (u - contact.states.u_of(begin))[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
     first = _end(problem, of_begin=True)
@@ -149,7 +149,7 @@ def balance_of_step(
     carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     frictional = [one for one in contact.contacts if one.friction is not None]
-    taken = sum(max(slip_work(one.zones), 0.0) for one in frictional)
+    taken = sum(max(slip_work(one.surfaces.zones), 0.0) for one in frictional)
     taken += last.stored - first.stored
     return Balance(
         most=float(table[:-1].max(axis=1).sum()) - taken,
@@ -216,7 +216,7 @@ def _volume_forces(problem: CoupledProblem) -> Array:
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     """Average the form's forces between two states; leave u elsewhere. Collective."""
     unknowns, mean = problem.contact.unknowns, np.zeros(problem.contact.layout.n_u)
-    a, b = map(problem.contact.values_of, (begin, end))
+    a, b = map(problem.contact.states.values_of, (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
         unknowns.set_values(a + place * (b - a))
         mean += weight * _volume_forces(problem)
