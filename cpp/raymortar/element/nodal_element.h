@@ -49,14 +49,19 @@ public:
     return _tests[static_cast<std::size_t>(k)];
   }
 
-  /// @brief The node whose test function is largest at the point.
-  [[nodiscard]] const Condition& nearest() const
+  /// @brief Status of the node whose test function is largest at the point; of
+  /// several that are alike but for rounding the last in the order of statuses.
+  [[nodiscard]] ContactStatus nearest_status() const
   {
-    int best = 0;
-    for (int k = 1; k < _count; ++k)
-      if (test(k)[0] > test(best)[0])
-        best = k;
-    return at(best);
+    constexpr double alike = 1.0 - 1e-9;
+    double largest = 0.0;
+    for (int k = 0; k < _count; ++k)
+      largest = std::max(largest, test(k)[0]);
+    ContactStatus found = ContactStatus::none;
+    for (int k = 0; k < _count; ++k)
+      if (test(k)[0] >= alike * largest)
+        found = std::max(found, at(k).status);
+    return found;
   }
 
 private:

@@ -241,10 +241,10 @@ void Zone::set_node_sums(NodeSums sums)
   _has_node_sums = true;
 }
 
-std::vector<double> Zone::accepted_springs() const
+Springs Zone::accepted_springs() const
 {
   if (state().has_law_at_nodes())
-    return accepted_ties(state());
+    return {accepted_ties(state()), {}};
   return raymortar::accepted_springs(state(), assembler().results(state()));
 }
 

@@ -58,8 +58,9 @@ TENSION = 0.05
 FINER, NOT_SOFTER = 1.2, 0.7
 # Degrees by which a force may be turned without a word
 TILT = 2.0
-# Radians that a body may turn in a step without a word: 2.7 % of the slip around it
-TURN = 0.2
+# Part of the slip around a body that may be missing without a word, and the terms of the
+# arc's series in theory (2.17)
+SHORT, ARC_TERMS = 0.027, 8
 # Force of a pair that is not worth a word, of the largest pair's
 SMALL_FORCE = 0.01
 
@@ -305,7 +306,7 @@ def _tilt(zone: ZoneData, is_flat: Mask) -> tuple[Array, Array]:
 
 def _turns(contact: Interaction) -> Iterator[Finding]:
     """Find rigid bodies that turn by much in this step about an axis along the surface
-    that slides on them: slip is projected there and back [theory (2.9)]. Collective."""
+    that slides on them: the series of the arc ends [theory (2.17)]. Collective."""
     for number, zone in enumerate(contact.zones):
         points = zone.points()
         slips = points["status"] == Status.SLIP
@@ -318,13 +319,23 @@ def _turns(contact: Interaction) -> Iterator[Finding]:
             sums = np.array([force[mine] @ across, force[mine].sum()])
             work, size = contact.layout.comm.allreduce(sums)
             angle = work / size if size > 0.0 else 0.0
-            if angle > TURN:
-                short = 1.0 - np.sin(2.0 * angle) / (2.0 * angle)
+            short = _missing_arc(angle)
+            if short > SHORT:
                 yield Finding(
                     ("turn", number, k),
                     angle,
                     f"the rigid {body.name} turns by {angle:.2g} rad in this step below "
                     f"{zone.facets.spoken}, which slides around it: slip "
                     f"and the work of friction are about {short:.0%} too small, where "
-                    "tractions are right. Take steps of 0.1 rad",
+                    "tractions are right. Take steps of 0.5 rad",
                 )
+
+
+def _missing_arc(angle: float) -> float:
+    """Share by which a slip around a bend of an angle is too small."""
+    sine = np.sin(min(angle, 0.5 * np.pi))
+    factors = np.cumprod([n / (n + 1.0) for n in range(2, 2 + 2 * ARC_TERMS, 2)])
+    chord = np.sin(2.0 * angle) / (2.0 * angle) if angle > 0.0 else 1.0
+    return float(
+        1.0 - chord * (1.0 + factors @ sine ** (2.0 * np.arange(1, ARC_TERMS + 1)))
+    )

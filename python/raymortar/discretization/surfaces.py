@@ -153,6 +153,17 @@ class Surface:
         """Reference positions of the nodes of each facet, (n_facets, n_k, d)."""
         return self.X[self.facet_nodes]
 
+    @property
+    def body_nodes(self) -> Array:
+        """Undeformed places of the displacement's nodes of each facet in the body, not on
+        the arcs that curve it, (n_facets, n_p, d)."""
+        count = self.facet_dofs.shape[1]
+        if self.arcs is None:
+            return self.nodes[:, :count]
+        places = lookup.facet_nodes(self.shape, self.displacement_degree)
+        chord, _ = lookup.shape_functions(self.shape, 1, places)
+        return np.einsum("ka,fad->fkd", chord, self.nodes[:, : chord.shape[1]])
+
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:
     """Sorted unique entries of a table, and the table as indices into them."""

@@ -31,7 +31,7 @@ from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .unfelt import UnfeltParts
-from .zone_data import ZoneData, on_sides, opposite_points
+from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
 
 class Follower(Owner, Protocol):
@@ -128,6 +128,21 @@ class PresentState:
         self.note_change()
 
     @property
+    def couples_over_gaps(self) -> bool:
+        """Whether friction makes couples over the gaps that multipliers leave open at
+        single points, too, theory (3). Moments then balance, in more iterations."""
+        return any(zone.couples_over_gaps for zone in self._zones)
+
+    @couples_over_gaps.setter
+    def couples_over_gaps(self, value: bool) -> None:
+        if value == self.couples_over_gaps:
+            return
+        for zone in self._zones:
+            zone.couples_over_gaps = value
+        self._is_sent = False
+        self.note_change()
+
+    @property
     def has_history(self) -> bool:
         """Whether steps have been accepted, or this rank has values of a restored state."""
         values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
@@ -163,6 +178,9 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+            rows = zone.spring_points
+            zone.cpp.set_spring_points(np.empty(0) if rows is None else rows)
+            zone.cpp.set_couples_over_gaps(zone.couples_over_gaps)
         self.unfelt.send(self.u_old)
         self._is_sent = True
 
@@ -211,7 +229,7 @@ class PresentState:
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:
-                    zone.traction_old = zone.cpp.accepted_springs()
+                    zone.traction_old, zone.spring_points = zone.cpp.accepted_springs()
         for zone in self._zones:
             zone.motions.accept()
         for body in self._surfaces.layout.bodies:
@@ -289,6 +307,14 @@ class PresentState:
                 (*side.facet_dofs.shape, side.gdim),
                 may_lack=True,  # before the first step
             )
+            yield Quantity(
+                f"springs {k} at points",
+                lambda: zone.spring_points,
+                partial(setattr, zone, "spring_points"),
+                SpringPoints(zone),
+                may_lack=True,
+                fault=partial(_other_points, zone),
+            )
         if zone.motions.bodies:
             old = partial(setattr, zone.motions, "old")
             yield Quantity(f"tools {k}", lambda: zone.motions.old, old)
@@ -306,6 +332,19 @@ def _other_surfaces(there: Array, here: Array) -> str:
     return (
         f"the state is of a contact with smooth={bool(there[0])}, this one has smooth="
         f"{bool(here[0])}: their surfaces differ"
+    )
+
+
+def _other_points(zone: ZoneData, there: Array) -> str | None:
+    """Say that points of springs are those of another surface. Steps differ in their
+    number."""
+    side = zone.facets.slave_surface
+    width, count = 2 * side.gdim + 1, len(side.facet_dofs)
+    if there.shape[1:] == (width,) and not (there[:, 0] >= count).any():
+        return None
+    return (
+        "the state is of another contact, mesh or method: its springs are at points of "
+        f"another surface than one of {count} facets in {side.gdim}D"
     )
 
 

@@ -130,6 +130,11 @@ class ZoneData:
     # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
     # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
+    # Their rest at the points of the accepted step, see `_cpp.Zone.accepted_springs`: rows
+    # of facet, reference coordinates, area and vector, by facet
+    spring_points: Array | None = None
+    # Whether friction makes couples over gaps, see `PresentState`
+    couples_over_gaps: bool = False
     # Length of the slip of all accepted steps; None without friction
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
@@ -178,6 +183,7 @@ class ZoneData:
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
+            points.setdefault("dissipated", np.empty_like(points["gap"]))
         return points
 
     def nodes(self) -> dict[str, Array]:
@@ -234,13 +240,33 @@ class ZoneData:
         return np.asarray(of_master.all(axis=1) & self._have_arms(points))
 
     def _have_arms(self, points: dict[str, Array]) -> Mask:
-        """Tell where open gaps count: multipliers close them, but for offsets."""
-        offset, slave = self.whole_offset, points["slave"]
-        if not len(self.multiplier_nodes):
-            return np.full(len(slave), True)
-        if offset is None:
-            return np.full(len(slave), False)
-        return np.asarray(offset.any(axis=1)[slave])
+        """Tell where open gaps count: multipliers close them in the mean."""
+        over_gaps = self.couples_over_gaps and self.dual_multiplier is None
+        if over_gaps or not len(self.multiplier_nodes):
+            return np.full(len(points["slave"]), True)
+        return np.asarray(self.at_points(self.whole_offset, points) != 0.0)
+
+    def levers(self, points: dict[str, Array]) -> tuple[Array, Array]:
+        """Find where forces at the points act on the slave's body, and how its nodes take
+        tractions that turn its normals [theory (2.18)], (points, d) and (points, d, d).
+
+        Equations are about nodes: a facet of a higher degree than the displacement, or an
+        arc in place of a straight one, does not have its points there.
+        """
+        surface, slave, xi = self.facets.slave_surface, points["slave"], points["xi"]
+        n = points["normal"]
+        if surface.arcs is None and surface.node_degree == surface.displacement_degree:
+            return points["x"], np.eye(surface.gdim) - n[:, :, None] * n[:, None]
+        nodes = self.cpp.slave_positions()[surface.facet_nodes[slave]]
+        _, dN = shape_functions(surface.shape, surface.node_degree, xi)
+        M, dM = shape_functions(surface.shape, surface.displacement_degree, xi)
+        count = M.shape[1]
+        off = (surface.nodes[:, :count] - surface.body_nodes)[slave]
+        own = nodes[:, :count] - off
+        tangents = np.einsum("ina,nad->ndi", dN, nodes)
+        of_body = np.einsum("ina,nad->ndi", dM, own)
+        turned = of_body @ np.linalg.pinv(tangents)
+        return np.einsum("na,nad->nd", M, own), turned
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""
@@ -332,3 +358,10 @@ def _pressed(found: dict[str, Any]) -> dict[str, Any]:
     """Let the law's normal tractions be pressures, positive in compression."""
     found["pressure"] = 0.0 - found["pressure"]  # zero has no sign
     return found
+
+
+@dataclass(frozen=True)
+class SpringPoints:
+    """Numbers the rows of what the springs of a zone hold at points, see `ZoneData`."""
+
+    zone: ZoneData

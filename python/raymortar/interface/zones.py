@@ -126,6 +126,7 @@ def create_zone(
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
         frame=getattr(_cpp.LawFrame, options.frame),
+        keeps_springs=options.has_springs,
         moving_segments=options.tangent == "full",
         tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(

@@ -254,11 +254,12 @@ class ContactResults(Results):
         return found if multiplier is None else [multiplier, *found]
 
     def friction_work(self) -> float:
-        """Work that tangential tractions take in this step, before `advance`. Collective.
+        """Work that friction takes in this step, before `advance`. Collective.
 
-        The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. The tractions at the end of the step count.
-        With the elastic penalty the springs store a part of it, the growth of
+        The integral of tractions times the slip beyond the cone, over the slave surfaces:
+        force times length, per thickness in 2D, or of a full turn. It is 0 in stick, and
+        the heat of friction. The tractions at the end of the step count.
+        What the springs of an elastic penalty hold is no part of it, but
         ``stored_energy("tangential")``.
         """
         if self.friction is None:

@@ -252,12 +252,16 @@ def _sum_up(
     weight = points["weight"][:, None]
     forces = weight * points.get("dual", points["traction"])
     couples = forces - along_normal(points, forces)
-    moments = _moments(zone.arms(points), couples)
-    moments += _moments(points["x"], forces)
+    arms = zone.arms(points)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
         feet = zone.have_feet(points)[:, None]
+        moments = _moments(arms, couples) + _moments(points["x"], forces)
         moments = np.where(feet, moments, _moments(hits, forces))
+    else:
+        places, turned = zone.levers(points)
+        moments = _moments(arms, np.einsum("qij,qj->qi", turned, couples))
+        moments += _moments(places, forces)
     normal = along_normal(points, weight * points["traction"])
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
@@ -292,7 +296,13 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 
 def friction_work(zones: Sequence[ZoneData]) -> float:
-    """Integrate what tractions take over the step's slip. Collective."""
+    """Integrate what friction takes in the step, theory (7.2). Collective."""
+    return _integral(zones, lambda p: p["dissipated"])
+
+
+def slip_work(zones: Sequence[ZoneData]) -> float:
+    """Integrate what tractions take over the step's slip, with what springs store.
+    Collective."""
     return _integral(zones, lambda p: -dot(p["traction"], p["slip"]))
 
 
