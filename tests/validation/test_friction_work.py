@@ -13,7 +13,7 @@ from rigid_scenes import NU, E, press
 from sheared_blocks import METHODS, WIDTH, Blocks, limit_of, pressure
 
 from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, rigid
-from raymortar.results.sums import slip_work
+
 
 MU = 0.3
 
@@ -206,8 +206,7 @@ def test_a_penalty_with_friction_balances(tangential, record_property):
 @pytest.mark.parametrize("turn", [0.1, 0.5, 1.2])
 def test_work_around_a_wheel_is_torque_times_angle(turn):
     """The slip below a wheel that turns is as long as its arc, for as far as the series of
-    the arc goes (2.17). Points that are open on facets at the rim of contact slip, but are
-    on no cone: friction's work lacks their part."""
+    the arc goes (2.17)."""
     radius, depth = 1.0, 1e-3
     circle = rigid.Circle((0.5, 1.0 + radius - depth), radius)
     wheel = rigid.Body(circle, name="wheel")
@@ -223,10 +222,8 @@ def test_work_around_a_wheel_is_torque_times_angle(turn):
 
             for _ in LoadSteps(solver, apply, steps=1):
                 work = scene.contact.friction_work()
-                of_slip = slip_work(scene.contact.surfaces.zones)
                 moment = scene.contact.results.resultant_on(wheel).moment
     assert any("wheel turns by" in str(one.message) for one in told) == (turn > 1.0)
     short = 0.14 if turn > 1.0 else 0.0
     expected = (1.0 - short) * turn * abs(float(np.ravel(moment)[-1]))
-    assert of_slip == pytest.approx(expected, rel=0.01)
-    assert work == pytest.approx(expected, rel=0.04)
+    assert work == pytest.approx(expected, rel=0.01)

@@ -159,22 +159,20 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
     return along_surface(old.w);
   }
 
-  /// @brief Traction that friction projects on the cone.
-  [[nodiscard]] Vec<D> trial() const requires has_cone_at_points<Law>
+  /// @brief Traction that friction of a penalty projects on the cone.
+  [[nodiscard]] Vec<D> trial() const requires(has_cone_at_points<Law>and M == 0)
   {
-    Vec<D> z = old.spring.value();
-    if constexpr (M > 0)
-      z = this->lam + this->gamma * z;
-    return z - this->gamma * old.w;
+    return old.spring.value() - this->gamma * old.w;
   }
 
   /// @brief Energy per area that friction takes in the step: the work on the
-  /// slip beyond the cone, of which springs give nothing back  [theory (4.39)].
+  /// slip, with a penalty on that beyond the cone, of which springs give
+  /// nothing back  [theory (4.39)].
   /// @param[in] has_springs Whether the law keeps the rest of the slip
   [[nodiscard]] double
   dissipated(bool has_springs) const requires is_frictional<Law>
   {
-    if constexpr (has_cone_at_points<Law>)
+    if constexpr (has_cone_at_points<Law> and M == 0)
       if (has_springs)
       {
         if (response.status != ContactStatus::slip)

@@ -167,9 +167,7 @@ private:
                  at.has_target() ? TargetPart::all : TargetPart::none, rows);
     if constexpr (M > 0)
     {
-      Mat<2, M> by_lam = d.by_t * p.response.t_lam;
-      if (d.cone)
-        by_lam += d.by_cone * d.cone->by_lam;
+      const Mat<2, M> by_lam = d.by_t * p.response.t_lam;
       for (int k = 0; k < at.multipliers; ++k)
         for (int i = 0; i < M; ++i)
           for (int side = 0; side < 2; ++side)

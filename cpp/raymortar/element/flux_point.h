@@ -157,8 +157,8 @@ template <class Hit>
           -flux.q[k] - flux.target_heat * work};
 }
 
-/// @brief The derivatives of the energy that slip beyond the cone takes
-/// [theory (7.10)].
+/// @brief The derivatives of the energy that slip beyond the cone takes, of a
+/// penalty: M = 0  [theory (7.10)].
 template <int D, int M>
 struct ConeSlopes
 {
@@ -182,27 +182,13 @@ struct ConeSlopes
     by_n = (r.p - z_n) * by_z - t_n * by_t;
     by_w = -p.gamma * by_z;
     by_spring = by_z;
-    if constexpr (M == 0)
-    {
-      const Mat<1, D> by_both = by_t + by_P;
-      by_n += by_both * r.t_n;
-      by_g = by_both * r.t_g;
-      by_w += by_both * r.t_w;
-      by_spring += by_both * r.t_spring;
-      by_coefficient = by_both * r.t_coefficient;
-      by_rate = by_both * r.t_rate;
-    }
-    else
-    {
-      by_n += by_P * r.C_n;
-      by_g = by_P * r.C_g;
-      by_w += by_P * r.C_w;
-      by_spring += by_P * r.C_spring;
-      by_spring *= p.gamma; // springs hold lengths
-      by_coefficient = by_P * r.C_coefficient;
-      by_rate = by_P * r.C_rate;
-      by_lam = by_t + by_P * r.C_lam;
-    }
+    const Mat<1, D> by_both = by_t + by_P;
+    by_n += by_both * r.t_n;
+    by_g = by_both * r.t_g;
+    by_w += by_both * r.t_w;
+    by_spring += by_both * r.t_spring;
+    by_coefficient = by_both * r.t_coefficient;
+    by_rate = by_both * r.t_rate;
   }
 
   [[nodiscard]] LawSlopes<1, D, M, true> slopes() const

@@ -55,7 +55,7 @@ private:
           const std::size_t at = next[f]++;
           to.xi[at] = _state.points.xi[q];
           to.area[at] = _results.weight[q];
-          held(at) = held_at(q);
+          held(at) = Eigen::Map<const Vec<D>>(_results.friction.data() + q * D);
         });
   }
 
@@ -67,18 +67,6 @@ private:
       if (_results.status[q] >= ContactStatus::stick and
           _state.points.area[q] > 0.0)
         call(q, static_cast<std::size_t>(_state.points.slave[q]));
-  }
-
-  [[nodiscard]] Vec<D> held_at(std::size_t q) const
-  {
-    const auto vector = [q](const std::vector<double>& values)
-    { return Eigen::Map<const Vec<D>>(values.data() + q * D); };
-    const Vec<D> friction = vector(_results.friction);
-    if (_state.multipliers.components == 0)
-      return friction;
-    const Vec<D> n = vector(_results.contact_normal);
-    const Vec<D> lam = vector(_results.traction);
-    return (friction - lam + n.dot(lam) * n) / _results.gamma[q];
   }
 
   /// Take the polynomial of a facet from what its points hold

@@ -13,9 +13,8 @@ struct Springs
   SpringPoints points;
 };
 
-/// @brief Tangential traction of the present state, for the next step to start
-/// from; with a multiplier what it has more than this, over gamma  [theory
-/// (4.13), (4.14)].
+/// @brief Tangential traction of the penalty in the present state, for the next
+/// step to start from  [theory (4.13)].
 ///
 /// At the same place the next step finds it as it is. Facets without a closed
 /// point hold none.

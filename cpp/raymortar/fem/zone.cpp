@@ -1,7 +1,7 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/stopwatch.h"
 #include "raymortar/element/node_conditions.h"
-#include "raymortar/element/springs.h"
+#include "raymortar/element/excess.h"
 #include "raymortar/fem/parts.h"
 #include <algorithm>
 #include <array>
@@ -245,7 +245,10 @@ Springs Zone::accepted_springs() const
 {
   if (state().has_law_at_nodes())
     return {accepted_ties(state()), {}};
-  return raymortar::accepted_springs(state(), assembler().results(state()));
+  const PointResults results = assembler().results(state());
+  if (state().multipliers.components > 0)
+    return {accepted_excess(state(), results), {}};
+  return raymortar::accepted_springs(state(), results);
 }
 
 template <int D>

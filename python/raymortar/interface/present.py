@@ -307,14 +307,15 @@ class PresentState:
                 (*side.facet_dofs.shape, side.gdim),
                 may_lack=True,  # before the first step
             )
-            yield Quantity(
-                f"springs {k} at points",
-                lambda: zone.spring_points,
-                partial(setattr, zone, "spring_points"),
-                SpringPoints(zone),
-                may_lack=True,
-                fault=partial(_other_points, zone),
-            )
+            if self._multiplier is None:
+                yield Quantity(
+                    f"springs {k} at points",
+                    lambda: zone.spring_points,
+                    partial(setattr, zone, "spring_points"),
+                    SpringPoints(zone),
+                    may_lack=True,
+                    fault=partial(_other_points, zone),
+                )
         if zone.motions.bodies:
             old = partial(setattr, zone.motions, "old")
             yield Quantity(f"tools {k}", lambda: zone.motions.old, old)

@@ -256,8 +256,8 @@ class ContactResults(Results):
     def friction_work(self) -> float:
         """Work that friction takes in this step, before `advance`. Collective.
 
-        The integral of tractions times the slip beyond the cone, over the slave surfaces:
-        force times length, per thickness in 2D, or of a full turn. It is 0 in stick, and
+        The integral of tractions times the slip, with a penalty the slip beyond the cone:
+        force times length, per thickness in 2D, or of a full turn. With a penalty it is 0 in stick, and
         the heat of friction. The tractions at the end of the step count.
         What the springs of an elastic penalty hold is no part of it, but
         ``stored_energy("tangential")``.
