@@ -296,14 +296,15 @@ class Contact(NodalFields, Sides):
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
         The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. The tractions at the end of the step count.
+        thickness in 2D, or of a full turn. The tractions at the end of the step count; of
+        a law at nodes those of the nodes times their mean slips, which is never negative.
         With the elastic penalty the springs store a part of it, the growth of
         ``stored_energy("tangential")``.
         """
         if self.friction is None:
             return 0.0
         self._present.require_results()
-        return friction_work(self.zones)
+        return friction_work(self.zones, self._surfaces.multiplier)
 
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.

@@ -149,6 +149,10 @@ struct PointResults
   std::vector<double> friction;
 };
 
+/// @brief Integrals of gap and slip with the test function of each node of a
+/// facet, (facets, nodes, 1 + gdim).
+using FacetIntegrals = std::vector<double>;
+
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
@@ -181,8 +185,12 @@ public:
                        const CouplingSink& couplings) const = 0;
 
   /// @brief What points give to the nodes at which the law holds.
-  [[nodiscard]] virtual NodeSums node_sums(const ContactState&) const
+  /// @param[out] tested Gaps and slips of each facet, which `NodeSums` are then
+  /// without; null: all is in those
+  [[nodiscard]] virtual NodeSums node_sums(const ContactState&,
+                                           FacetIntegrals* tested) const
   {
+    static_cast<void>(tested);
     return {};
   }
 

@@ -9,7 +9,11 @@ namespace raymortar
 {
 namespace
 {
-std::size_t at(Index k) { return static_cast<std::size_t>(k); }
+template <class Integer>
+std::size_t at(Integer k)
+{
+  return static_cast<std::size_t>(k);
+}
 
 /// Products of the multiplier's shape functions over a facet of area 1
 NodeMatrix unit_products(const ContactState& s)
@@ -193,8 +197,7 @@ private:
             _state.multipliers.value[at(nodes[k]) * at(_M) + at(i)];
     _spread = _basis.spread.lazyProduct(f.from_nodal().lazyProduct(_lam));
     _slack = f.slack();
-    _by_share =
-        2.0 * (1.0 - f.share) * f.area / reference_measure(_state.slave.shape);
+    _by_share = slack_by_share(_state, f);
   }
 
   void add(std::size_t e)
@@ -333,6 +336,12 @@ DualBasis::DualBasis(const ContactState& s)
   rows.topRows(n) = inverse_of(to_nodes).transpose();
 }
 
+DualField::DualField(const ContactState& s)
+    : basis(s),
+      tractions(s.multipliers.facet.size() * at(s.multipliers.components), 0.0)
+{
+}
+
 std::vector<DualFacet> dual_facets(const ContactState& s,
                                    const DualBasis& basis)
 {
@@ -355,6 +364,39 @@ std::vector<DualFacet> dual_facets(const ContactState& s,
     f.inverse = inverse_of(m);
   }
   return facets;
+}
+
+double slack_by_share(const ContactState& s, const DualFacet& f)
+{
+  return 2.0 * (1.0 - f.share) * f.area / reference_measure(s.slave.shape);
+}
+
+void add_tested_gaps(const ContactState& s, const FacetIntegrals& tested,
+                     std::vector<DualFacet>& facets, NodeSums& sums)
+{
+  using Table =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Eigen::Index width = 1 + s.slave.gdim;
+  const double* from = tested.data();
+  for (std::size_t f = 0; f < facets.size(); ++f)
+  {
+    DualFacet& facet = facets[f];
+    const Eigen::Index n = facet.weight.size();
+    const Eigen::Map<const Table> integrals(from, n, width);
+    from += n * width;
+    if (not facet.is_covered)
+      continue;
+    facet.gaps = facet.inverse * integrals;
+    const auto nodes = s.multipliers.nodes_of(static_cast<Index>(f), at(n));
+    for (Eigen::Index k = 0; k < n; ++k)
+    {
+      const Index node = nodes[at(k)];
+      const double d = facet.weight[k];
+      sums.at(node, NodeSum::gap) += d * facet.gaps(k, 0);
+      for (Eigen::Index i = 1; i < width; ++i)
+        sums.add(node, NodeVector::slip, at(i - 1), d * facet.gaps(k, i));
+    }
+  }
 }
 
 Eigen::MatrixXd dual_coefficients(const ContactState& s, const DualFacet& of,

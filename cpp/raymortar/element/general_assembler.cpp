@@ -13,9 +13,9 @@ std::vector<double> slips_without_friction(ContactState s)
 
 std::unique_ptr<Assembler>
 make_general_assembler(const ContactState& s,
-                       std::shared_ptr<const FacetTractions> tractions)
+                       std::shared_ptr<const DualField> dual)
 {
-  return s.slave.gdim == 2 ? general_assembler_in<2>(s, tractions)
-                           : general_assembler_in<3>(s, tractions);
+  return s.slave.gdim == 2 ? general_assembler_in<2>(s, dual)
+                           : general_assembler_in<3>(s, dual);
 }
 } // namespace raymortar

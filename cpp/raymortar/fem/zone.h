@@ -182,6 +182,8 @@ public:
   /// field "traction_old" of the next step, (slave facets, dofs per facet,
   /// gdim).
   [[nodiscard]] std::vector<double> accepted_springs() const;
+  /// @brief What this zone gives to the sums.
+  [[nodiscard]] NodeSums own_node_sums() { return _interface.own_node_sums(); }
 
   /// @brief All stages at the current displacement; none if nothing has moved
   /// since the last time, or if a tie has its pairs.

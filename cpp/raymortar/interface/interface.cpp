@@ -115,12 +115,12 @@ void Interface::add_smoothing()
   _cover = appended(_terms, std::make_unique<CoverTerm>(_state));
 }
 
-NodeSums Interface::own_node_sums() const
+NodeSums Interface::own_node_sums()
 {
-  NodeSums sums;
   if (_nodes == nullptr)
-    return sums;
-  sums = _assembler->node_sums(_state);
+    return {};
+  NodeSums sums =
+      _dual ? _dual->sum_nodes(_state) : _assembler->node_sums(_state, nullptr);
   _nodes->add_sums(_state, sums);
   return sums;
 }

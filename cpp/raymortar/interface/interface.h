@@ -109,7 +109,7 @@ public:
   void cast();
 
   /// @brief What this zone's facets give to the nodes at which the law holds.
-  [[nodiscard]] NodeSums own_node_sums() const;
+  [[nodiscard]] NodeSums own_node_sums();
   /// @brief The same of all zones and ranks, which the law takes.
   void set_node_sums(NodeSums sums);
   void set_node_bounds(std::vector<PointBound> bounds)
