@@ -321,6 +321,7 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
+      .def("set_law", &Zone::set_law, py::arg("condition"), py::arg("dual"))
       .def("set_eliminated", &Zone::set_eliminated, py::arg("on"))
       .def(
           "set_gamma",

@@ -140,7 +140,6 @@ class Contact(NodalFields, Sides):
             smooth,
             frame,
         )
-        self.method = options.method
         self.measure, self.tangent = measure, tangent
         given = checked(u, facet_tags, pairs, names, options, self.tied)
         self.names = given.pairs.names_at(0)
@@ -162,12 +161,18 @@ class Contact(NodalFields, Sides):
             status = np.concatenate([zone.points()["status"] for zone in self.zones])
             hits, closed = (np.count_nonzero(status >= one) for one in (OPEN, CLOSED))
             counts = f"{hits} of {len(status)} points hit, {closed} closed"
+        why = f" as {self.assembly.why}" if self.assembly.why else ""
         rank, size = self.layout.comm.rank, self.layout.comm.size
         return (
             f"<{type(self).__name__} of {', '.join(map(str, self.pairs))}; "
-            f"{_shown(self.method)}, {law}, {gamma}; {facets} slave facets, {counts}"
+            f"{_shown(self.method)}{why}, {law}, {gamma}; {facets} slave facets, {counts}"
             f"{f' on rank {rank} of {size}' if size > 1 else ''}>"
         )
+
+    @property
+    def method(self) -> AugmentedLagrangian | Penalty:
+        """Method, with what it left open as it was chosen: ``repr`` says why."""
+        return self.assembly.method
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
@@ -332,10 +337,14 @@ class Contact(NodalFields, Sides):
 
 def require_point_tractions(owner: str, contact: Any) -> None:
     """Raise unless the argument is a contact whose tractions at points are known, and
-    whose sides are those that the user gave."""
+    whose sides are those that the user gave. A dual multiplier that was chosen gives way
+    to a vector."""
     of_type(f"{owner}.contact", contact, Contact, "a Contact")
     contact._require_sides(owner)
-    if contact.method.is_dual:
+    why = f"{owner} takes tractions at points"
+    if contact.method.is_dual and not contact.assembly.change_law(
+        "nodes", "vector", why
+    ):
         raise ContactError(
             f"{owner}.contact has multiplier='dual', whose traction at a point is not "
             f"known to {owner}: take multiplier='vector'"

@@ -51,11 +51,12 @@ class Sides(Interaction):
 
     def _make(self, given: Given, gamma: Any, offset: FieldValue | None) -> None:
         """Make all that depends on which side is the slave. Collective."""
-        self._given, options = given, given.options
+        self._given = given
         self._surfaces = made = make_surfaces(given)
+        options = made.options
         self.layout: Layout = made.layout
         self._present = PresentState(made, options)
-        self.assembly = ContactAssembly(made, self._present, options.method)
+        self.assembly = ContactAssembly(made, self._present)
         super().__init__(made.unknowns, [self.assembly], made.pairs)
         self._offsets = Offsets(made)
         if gamma is not None:

@@ -134,7 +134,12 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
                                 *input.tie, _state.slave.gdim)));
     return &_tie->kernel();
   }
-  if (input.dual_multiplier)
+  return add_contact(input.dual_multiplier);
+}
+
+const Assembler* Interface::add_contact(bool dual)
+{
+  if (dual)
   {
     _dual = appended(_terms,
                      std::make_unique<DualTerm>(_state, _has_moving_segments));
@@ -144,6 +149,20 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
       appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
                                                     _has_moving_segments));
   return &mortar->assembler();
+}
+
+void Interface::set_law(Condition condition, bool dual)
+{
+  if (_tie)
+    throw Error("a tie has no law to choose");
+  _terms.clear();
+  _dual = nullptr;
+  _nodes = nullptr;
+  _state.condition = condition;
+  _state.node_sums = {};
+  _assembler = add_contact(dual);
+  add_smoothing();
+  _pipeline.forget_points();
 }
 
 void Interface::set_node_sums(NodeSums sums)

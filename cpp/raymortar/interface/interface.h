@@ -41,6 +41,11 @@ public:
   /// @brief Other master facets, where they are and where they were.
   void set_master(Surface master);
 
+  /// @brief Another law than that of the input, before the first step: where
+  /// it holds, and whether the multiplier is of dual functions. What is sent
+  /// for a step is to be sent anew.
+  void set_law(Condition condition, bool dual);
+
   /// @brief Present displacement of the slave's and the master's dofs,
   /// (dofs, gdim).
   /// @return Whether anything has moved
@@ -135,6 +140,7 @@ public:
 
 private:
   const Assembler* add_law(const InterfaceInput& input);
+  const Assembler* add_contact(bool dual);
   void add_smoothing();
   void forget_what_hangs_on_past();
 
