@@ -1,6 +1,6 @@
-// Nanoseconds a point of element kernels: that of one facet type, that of any
-// facets on the same pair, and on rigid tools.
-#include "raymortar/element/general_assembler.h"
+// Nanoseconds a point of the element kernel, on pairs of facets and on rigid
+// tools.
+#include "raymortar/element/assembler.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
 #include "raymortar/rigid/freedom.h"
@@ -229,32 +229,27 @@ struct Cost
   }
 };
 
-void print(const Kind& kind, const Law& law, const std::string& what,
-           const std::string& kernel, const Cost& cost)
+void time(const Kind& kind, const Law& law, const std::string& target,
+          const Scene& scene, int repeats)
 {
-  std::printf("%s,%d,%s,%s,%s,%.1f,%.1f\n", kind.name, kind.degree, law.name,
-              what.c_str(), kernel.c_str(), cost.residual, cost.tangent);
+  const auto assembler = make_assembler(scene.state);
+  Cost cost;
+  for (int k = 0; k < repeats; ++k)
+    cost.take(*assembler, scene);
+  std::printf("%s,%d,%s,%s,%.1f,%.1f\n", kind.name, kind.degree, law.name,
+              target.c_str(), cost.residual, cost.tangent);
   std::fflush(stdout);
 }
 
-void compare_pairs(const Kind& kind, const Law& law, int repeats)
+void time_pairs(const Kind& kind, const Law& law, int repeats)
 {
   Scene scene(kind, law);
   for (const bool moving : {false, true})
   {
     scene.pair(moving);
-    const auto one = make_assembler(scene.state);
-    const auto any = make_general_assembler(scene.state);
-    Cost of_one, of_any;
-    for (int k = 0; k < repeats; ++k)
-    {
-      of_one.take(*one, scene);
-      of_any.take(*any, scene);
-    }
-    const std::string what =
-        moving ? "facet with full tangent" : "facet with fixed tangent";
-    print(kind, law, what, "one", of_one);
-    print(kind, law, what, "any", of_any);
+    time(kind, law,
+         moving ? "facet with full tangent" : "facet with fixed tangent", scene,
+         repeats);
   }
 }
 
@@ -265,11 +260,7 @@ void time_tools(const Kind& kind, const Law& law, int repeats)
   {
     Scene scene(kind, law);
     scene.meet(tool_of(name, scene.state.slave.gdim));
-    const auto any = make_general_assembler(scene.state);
-    Cost cost;
-    for (int k = 0; k < repeats; ++k)
-      cost.take(*any, scene);
-    print(kind, law, name, "any", cost);
+    time(kind, law, name, scene, repeats);
   }
 }
 } // namespace
@@ -279,11 +270,11 @@ int main(int argc, char** argv)
 {
   using namespace raymortar::test;
   const int repeats = argc > 1 ? std::atoi(argv[1]) : 5;
-  std::puts("shape,degree,law,target,kernel,residual,tangent");
+  std::puts("shape,degree,law,target,residual,tangent");
   for (const Kind& kind : kinds)
     for (const Law& law : laws)
     {
-      compare_pairs(kind, law, repeats);
+      time_pairs(kind, law, repeats);
       time_tools(kind, law, repeats);
     }
 }

@@ -1,5 +1,5 @@
 #include "bind.h"
-#include "raymortar/element/general_assembler.h"
+#include "raymortar/element/assembler.h"
 #include "raymortar/element/node_conditions.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"

@@ -14,16 +14,22 @@ from dolfinx.fem import Function
 
 from . import compat
 from .convergence.balance import EPS
-from .discretization.forms import derivative, find_unknowns, list_of_conditions
+from .discretization.forms import (
+    derivative,
+    extended,
+    find_unknowns,
+    list_of_conditions,
+)
 from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, described, of_type, together
-from .flux import Flux, apart, parts_of_terms, require_tied_once
+from .flux import Flux
 from .interface.probing import row_sums
-from .solvers.automatic import direct
-from .solvers.petsc_objects import PetscOptions, new_prefix
-from .system.fluxes import FluxTerms, extended, own_functions
+from .solvers.linear import direct
+from .solvers.petsc_objects import PetscOptions, new_prefix, reason_in_words
+from .system.fluxes import FluxTerms
 from .system.volume import Forms
+from .terms import apart, require_apart
 from .tie import FieldTie
 
 # Defaults of PETSc's options
@@ -32,8 +38,20 @@ OPTIONS = {
     "snes_linesearch_type": "basic",
     "snes_rtol": 1e-10,
     "snes_max_it": 50,
+    # Full steps may first take residuals up by any factor, as fourth powers of radiation
+    "snes_divergence_tolerance": 1e300,
     **direct(),
 }
+# What helps, by the reason why a solve has ended
+_REMEDIES = {
+    "MAX_IT": "a start nearer to the answer, a larger snes_max_it, or "
+    'petsc_options={"snes_linesearch_type": "bt"}',
+    "LINE_SEARCH": 'full steps, which are the default (snes_linesearch_type "basic")',
+    "DTOL": "snes_divergence_tolerance as it is by default, which stops no solve",
+    "LINEAR_SOLVE": "a condition, or a flux that is not zero, for each body: without one "
+    "a field has no level",
+}
+_OTHERWISE = "a start nearer to the answer"
 # Rounding error of a residual, over the sum of its terms
 _NOTHING = 64.0 * EPS
 
@@ -105,7 +123,7 @@ class FieldProblem:
                     "FieldProblem takes F, u, terms, bcs in this order: terms must be a "
                     f"Flux, a FieldTie or a list of them, not {described(terms)}"
                 )
-            require_tied_once(given)
+            require_apart(given)
             self.bcs = list_of_conditions(bcs)
             self.unknowns = Unknowns(functions[0])
             several = isinstance(F, (list, tuple))
@@ -114,14 +132,14 @@ class FieldProblem:
             find_unknowns(forms, table, functions, self.unknowns)
             if J is None:
                 table = [[derivative(form, f) for f in functions] for form in forms]
-        self.terms, parts = given, parts_of_terms(given)
-        own = own_functions(parts)
+        self.terms, self._fluxes = given, FluxTerms(given, moves=False)
+        own = list(self._fluxes.functions)
         self.unknowns.solve_for([*functions, *own], False)
         with together(self.comm):
             self.unknowns.conditions(self.bcs)  # refuses foreign ones
         self.layout = CoupledRows(self.unknowns, [])
         self.zones: list[Any] = []
-        self._fluxes = FluxTerms(self, parts, moves=False)
+        self._fluxes.start(self)
         compiled = partial(
             compat.form,
             form_compiler_options=form_compiler_options,
@@ -163,7 +181,7 @@ class FieldProblem:
         self.layout.from_vector(x, [])
         lacking = self.unknowns.lacking(self.bcs)
         rows = self._forms.residual(self.bcs, lacking.increment)
-        rows += self._fluxes.residual(lacking)
+        rows += self._fluxes.residual(self.bcs, lacking)
         b.array[:] = np.where(lacking.fixed, -lacking.owned, rows)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
@@ -173,7 +191,7 @@ class FieldProblem:
         fixed = self.unknowns.owned_prescribed(self.bcs)
         self._forms.add_tangent(A, self.bcs, fixed)
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        self._fluxes.add_tangent(A, self.bcs, 0.0)
+        self._fluxes.add_tangent(A, self.bcs)
         A.assemble()
 
     # Solving
@@ -228,9 +246,12 @@ class FieldProblem:
         if self.iterations > 0:
             self._options.tell_unread(1)
         if reason < 0:
+            reasons = PETSc.SNES.ConvergedReason
+            found = {getattr(reasons, f"DIVERGED_{k}"): v for k, v in _REMEDIES.items()}
             raise ConvergenceError(
-                f"FieldProblem has not converged after {self.iterations} iterations: "
-                f"PETSc's reason {reason}, residual {norm:.3e}"
+                f"FieldProblem has not converged after {self.iterations} iterations "
+                f"({reason_in_words(reason)}), residual {norm:.3e}. Try "
+                f"{found.get(reason, _OTHERWISE)}"
             )
         return self.unknowns.functions
 

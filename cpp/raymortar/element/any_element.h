@@ -9,7 +9,10 @@
 
 namespace raymortar
 {
-/// @brief Accumulates the blocks of one element, as Element does.
+/// @brief Accumulates residual and tangent of one element, point by point.
+///
+/// The unknown multiplier is ell = lam / lam_scale and its test function is
+/// scaled likewise, so that both blocks of the residual are forces.
 template <int D, class Law>
 class AnyElement : public AnyBlocks<D>
 {

@@ -1,16 +1,38 @@
-#include "raymortar/element/general_assembler.h"
-#include "raymortar/element/typed_assembler.h"
-#include "raymortar/geometry/dispatch.h"
+#include "raymortar/element/assembler.h"
+#include "raymortar/core/error.h"
 
 namespace raymortar
 {
-std::unique_ptr<Assembler> make_assembler(const ContactState& s)
+namespace
 {
-  if (s.has_tools() or s.slave.kind() != s.master.kind() or
-      s.slave.degree != s.slave.node_degree or s.frame == LawFrame::master or
-      s.has_law_at_nodes())
-    return make_general_assembler(s);
-  return with_geometry(s.slave,
-                       [&s]<class F>(F) { return assembler_for<F>(s); });
+void require_degree(const ContactState& s)
+{
+  if (s.multipliers.components == 0)
+    return;
+  const int degree = s.multipliers.degree;
+  const int highest = s.slave.shape == Shape::interval ? s.slave.degree : 1;
+  if (degree < 1 or degree > highest)
+    throw Error("multiplier of degree " + std::to_string(degree) +
+                " on facets with displacement of degree " +
+                std::to_string(s.slave.degree) +
+                ": 2D takes up to the displacement's degree, 3D takes 1");
+}
+} // namespace
+
+std::vector<double> slips_without_friction(ContactState s)
+{
+  s.friction = Coulomb{};
+  s.method = Method::penalty;
+  s.condition = Condition::points;
+  s.multipliers = {};
+  return make_assembler(s)->results(s).slip;
+}
+
+std::unique_ptr<Assembler> make_assembler(const ContactState& s,
+                                          std::shared_ptr<const DualField> dual)
+{
+  require_degree(s);
+  return s.slave.gdim == 2 ? assembler_in<2>(s, dual)
+                           : assembler_in<3>(s, dual);
 }
 } // namespace raymortar

@@ -166,9 +166,10 @@ using CouplingSink =
     std::function<void(std::size_t element, Index master, const double* block,
                        int size, const double* hit_rows)>;
 
-/// @brief Element kernels for one facet type, law and measure.
+/// @brief Element kernels of one law.
 ///
-/// One virtual call per zone; inside everything has compile-time sizes.
+/// One virtual call per zone. Kernels work on Taylor polynomials at each point;
+/// what they give is multiplied with the shape functions of both sides.
 class Assembler
 {
 public:
@@ -198,8 +199,28 @@ public:
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
 
-/// @brief Assembler for the facets, the multipliers, method and friction of
-/// `s`: where slave and master are of one kind, that with compile-time sizes.
+/// @brief Tractions at the nodes of each facet, (facets, multipliers per facet,
+/// components), for multipliers that are not shared between facets.
+using FacetTractions = std::vector<double>;
+
+struct DualField; ///< see dual_functions.h
+
+/// @brief Assembler for the multipliers, method and friction of `s`, whose
+/// facets and target may be of any kinds.
+/// @param[in] dual In place of the shape functions of the multiplier, whenever
+/// it assembles; null: those
 /// @throws Error for a combination that does not exist
-[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s);
+[[nodiscard]] std::unique_ptr<Assembler>
+make_assembler(const ContactState& s,
+               std::shared_ptr<const DualField> dual = nullptr);
+
+/// @brief Assembler in dimension D; each has its own unit.
+template <int D>
+[[nodiscard]] std::unique_ptr<Assembler>
+assembler_in(const ContactState& s,
+             const std::shared_ptr<const DualField>& dual);
+
+/// @brief Slip T_n w of (2) at the points of a contact without friction, which
+/// otherwise does not need it, (points, gdim). Length.
+[[nodiscard]] std::vector<double> slips_without_friction(ContactState s);
 } // namespace raymortar

@@ -38,7 +38,7 @@ struct DualFacet
   NodeMatrix inverse;     ///< of m
   Eigen::VectorXd weight; ///< d, integrals of the test functions
   /// Coefficients of the test functions in the projections of gap and slip,
-  /// (nodes, 1 + gdim)  [theory (4.37)]
+  /// (nodes, 1 + gdim)  [theory (4.38)]
   Eigen::MatrixXd gaps;
 
   /// @brief (1 - s)^2, by which `spread` times the area is in m.
@@ -67,7 +67,7 @@ struct DualField
                                                  const DualBasis& basis);
 
 /// @brief Project gaps and slips, and add what the dual functions test of them
-/// to the sums of nodes  [theory (4.37)].
+/// to the sums of nodes  [theory (4.38)].
 /// @param[in] tested Of the test functions B
 void add_tested_gaps(const ContactState& s, const FacetIntegrals& tested,
                      std::vector<DualFacet>& facets, NodeSums& sums);

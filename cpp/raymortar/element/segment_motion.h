@@ -1,4 +1,4 @@
-// Moving segments: their contribution to tangents, for facets of any kind.
+// Moving segments: their contribution to tangents.
 #pragma once
 
 #include "raymortar/element/facet_taylor.h"
@@ -8,8 +8,12 @@
 
 namespace raymortar
 {
-/// @brief What the motion of segments adds to an element's tangent, see
-/// MovingSegments.
+/// @brief Derivative of an element's residual through the vertices of its
+/// segments, their points and weights.
+///
+/// A segment's points and weights are functions of its vertices, and those of
+/// the bodies. Points of one segment are summed into one small matrix per
+/// vertex first, times the motion of the vertex last  [theory (3.8)].
 template <int D>
 class SegmentMotion
 {
@@ -48,7 +52,7 @@ private:
   [[nodiscard]] typename Plane::NodeMatrix corners(Index facet) const;
 
   /// Set the change of a point's integrand by its position in the plane and by
-  /// the measure of its tile, see change_in_plane
+  /// the measure of its tile, per weight of the rule
   void set_change(std::size_t q, const AnyIntegrand<D>& at, int size);
 
   void set_mapped(const Vec<2>& xi, double weight, const AnyIntegrand<D>& at,

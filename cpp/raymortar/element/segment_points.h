@@ -120,43 +120,4 @@ private:
   std::array<Flat, capacity + 1> _y;
 };
 
-/// @brief What a point changes by its place y in the segment's plane, and by
-/// the measure of its tile per weight of the rule.
-/// @tparam Rows Of an element, or Eigen::Dynamic
-template <int Rows, int T>
-struct PointChange
-{
-  Mat<Rows, T> by_y;
-  Vec<Rows> by_measure;
-};
-
-/// @brief Change with a point in the plane from that along the facet.
-/// @param[in] f, f_xi Integrand and its derivative by xi
-template <class F, int Rows>
-[[nodiscard]] PointChange<Rows, F::tdim>
-change_in_plane(const FlatMap<F>& map, const typename F::RefPoint& xi,
-                double weight, const Vec<Rows>& f,
-                const Mat<Rows, F::tdim>& f_xi)
-{
-  constexpr int T = F::tdim;
-  PointChange<Rows, T> change;
-  if constexpr (not FlatMap<F>::is_map)
-  {
-    change.by_y = weight * f_xi;
-    change.by_measure = f;
-  }
-  else
-  {
-    const typename FlatMap<F>::Gradient G = map.gradient(xi);
-    const Mat<T, T> to_y = weight * G.inverse();
-    const Mat<1, T> log_det = map.log_det_gradient(xi).transpose() * to_y;
-    change.by_y.resize(f.rows(), T);
-    for (int t = 0; t < T; ++t)
-      for (int r = 0; r < f.rows(); ++r)
-        change.by_y(r, t) = f_xi(r, 0) * to_y(0, t) + f_xi(r, 1) * to_y(1, t) -
-                            log_det[t] * f[r];
-    change.by_measure = f / G.determinant();
-  }
-  return change;
-}
 } // namespace raymortar

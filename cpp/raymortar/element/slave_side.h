@@ -8,10 +8,6 @@
 
 namespace raymortar
 {
-/// @brief Tractions at the nodes of each facet, (facets, multipliers per facet,
-/// components), for multipliers that are not shared between facets.
-using FacetTractions = std::vector<double>;
-
 /// @brief Slave facet, fields and multiplier of one element after the other.
 template <int D>
 class SlaveSide

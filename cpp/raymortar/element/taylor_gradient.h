@@ -1,5 +1,5 @@
-// Derivative of the integrand along the slave facet, for facets of any kind;
-// see surface_gradient.h.
+// Derivative of the integrand along the slave facet. Moving integration points
+// add it to the tangent.
 #pragma once
 
 #include "raymortar/element/nodal_element.h"
@@ -17,6 +17,9 @@ struct AnyIntegrand
 };
 
 /// @brief Differentiates the integrand along the slave surface.
+///
+/// The chain rule is the one of the element's tangent: along xi the slave
+/// varies by its own tangents, the target not at all  [theory (3.11)].
 template <int D, class Law>
 class TaylorGradient
 {

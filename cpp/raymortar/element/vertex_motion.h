@@ -220,43 +220,4 @@ segment_vertex_motion(const Segmentation& s, const Segment& of,
   return flat_motion<F>(FlatPatch<F>(slave, patch), master, xi, hangs_on);
 }
 
-/// @brief Shape functions of the master's displacement, of type F too, that a
-/// motion is multiplied with.
-template <class F>
-[[nodiscard]] Vec<F::dofs> master_shares(const MasterPlace& at)
-{
-  const Vec<F::dofs> N = F::Disp::values(at.begin.template head<F::tdim>());
-  if (at.share == 0.0)
-    return N;
-  return (1.0 - at.share) * N +
-         at.share * F::Disp::values(at.end.template head<F::tdim>());
-}
-
-/// @brief Rows over the dofs [slave | master of the segment], both of type F.
-template <class F>
-using MotionRows =
-    Eigen::Matrix<double, F::tdim, 2 * Variations<F>::side, Eigen::RowMajor>;
-
-/// @brief A motion as rows.
-/// @param[in] to_y Derivative of other coordinates by xi, in which it is wanted
-template <class F>
-[[nodiscard]] MotionRows<F>
-rows_of(const VertexMotion<F>& motion,
-        const Mat<F::tdim, F::tdim>& to_y = Mat<F::tdim, F::tdim>::Identity())
-{
-  constexpr int D = F::gdim, T = F::tdim;
-  constexpr int side = Variations<F>::side;
-  const Vec<F::dofs> N = master_shares<F>(motion.place);
-  const Mat<T, D> by_master = to_y * motion.by_master;
-  MotionRows<F> rows;
-  for (int t = 0; t < T; ++t)
-    for (int k = 0; k < side; ++k)
-    {
-      rows(t, k) = to_y(t, 0) * motion.by_slave(0, k);
-      if constexpr (T == 2)
-        rows(t, k) += to_y(t, 1) * motion.by_slave(1, k);
-      rows(t, side + k) = N[k / D] * by_master(t, k % D);
-    }
-  return rows;
-}
 } // namespace raymortar

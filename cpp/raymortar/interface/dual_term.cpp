@@ -2,7 +2,6 @@
 #include "raymortar/core/error.h"
 #include "raymortar/core/sorted.h"
 #include "raymortar/element/free_tools.h"
-#include "raymortar/element/general_assembler.h"
 
 namespace raymortar
 {
@@ -147,7 +146,7 @@ Eigen::VectorXd flat(const Eigen::MatrixXd& by_node)
 
 DualTerm::DualTerm(const ContactState& s, bool has_moving_segments)
     : _dual(std::make_shared<DualField>(s)),
-      _mortar(make_general_assembler(s, _dual), has_moving_segments)
+      _mortar(make_assembler(s, _dual), has_moving_segments)
 {
 }
 

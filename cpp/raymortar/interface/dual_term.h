@@ -23,7 +23,7 @@ public:
   }
 
   /// @brief Make the dual functions of the present points, and sum what points
-  /// give to nodes: gaps and slips by these functions  [theory (4.37)].
+  /// give to nodes: gaps and slips by these functions  [theory (4.38)].
   [[nodiscard]] NodeSums sum_nodes(const ContactState& s);
   /// @brief Make the tractions of these functions.
   void renew(const ContactState& s);

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -48,6 +49,12 @@ _REMEDY = (
 )
 
 
+def warn_of_overlaps(problem: Any) -> None:
+    """Warn of masters that other bodies of a problem overlap, undeformed. Collective."""
+    for one in problem.contact.contacts:
+        warn_of_overlap(one.surfaces, one.pairs)
+
+
 def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
     """Warn of undeformed meshes that overlap, with pair, depth and place. Collective.
 
@@ -65,7 +72,7 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
         else:
             messages, remedy = _in_meshes(zone, own, surfaces), _REMEDY
         for text in messages:
-            warn(f"{text}, {remedy}", 4)
+            warn(f"{text}, {remedy}")
 
 
 def _in_meshes(

@@ -50,7 +50,7 @@ class MasterTags:
 
         Slave and master facets that have met are the zone's ``pairs``.
         """
-        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        hit = points["status"] > 0  # of `Status`: its ray meets a master
         number = np.where(hit, 0, -1).astype(np.int32)
         if self._rigid:
             number[hit] = points["master"][hit]
@@ -173,12 +173,16 @@ class ZoneData:
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `Contact.points`."""
-        points = self.cpp.points()
+        points = _pressed(self.cpp.points())
         points["gap"] -= self.at_points(self.augmentation, points)  # no gap
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
+
+    def nodes(self) -> dict[str, Array]:
+        """Arrays over the nodes at which the law holds."""
+        return _pressed(self.cpp.nodes())
 
     def seen_points(self) -> dict[str, Array]:
         """Return `points` with tractions to show, whose integrals are the same.
@@ -189,14 +193,14 @@ class ZoneData:
         points = self.points()
         if self.dual_multiplier is None:
             return points
-        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        hit = points["status"] > 0  # of `Status`: its ray meets a master
         values = self.dual_multiplier.x.array.reshape(
             -1, self.facets.slave_surface.gdim
         )
         t = self.between_nodes(values[self.multiplier_nodes], points, hit)
         points["dual"] = points["traction"].copy()
         points["traction"][hit] = t
-        points["pressure"][hit] = dot(t, points["contact_normal"][hit])
+        points["pressure"][hit] = -dot(t, points["contact_normal"][hit])
         return points
 
     def between_nodes(self, values: Array, points: dict[str, Array], of: Mask) -> Array:
@@ -332,3 +336,9 @@ def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     way = mine[:, :-1] - x
     gap = np.einsum("nd,nd->n", way, n)
     return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
+
+
+def _pressed(found: dict[str, Any]) -> dict[str, Any]:
+    """Let the law's normal tractions be pressures, positive in compression."""
+    found["pressure"] = 0.0 - found["pressure"]  # zero has no sign
+    return found

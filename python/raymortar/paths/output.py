@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfinx.fem import Function
 
 from .. import compat
-from ..compat.files import Entry, read_collection, write_collection
+from ..compat.files import Entry, folder_of, read_collection, write_collection
 from ..discretization.joined import parts_of
 from ..errors import (
     ContactError,
@@ -51,9 +51,10 @@ class LoadStep:
         ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
         ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
-        Least energy that a snap has set free in this step. 0 without a snap, and also
-        where no energy balance is made: in steps by ``"full"`` or as asked, with
-        ``control``, and of bodies on meshes of their own.
+        Bounds (least, most) of the energy that a snap within the step has set free. The
+        step does not know the load of the snap: smaller steps narrow them. With a least
+        of 0 there may have been none. None where no energy balance is made: in steps by
+        ``"full"`` or as asked, with ``control``, and of bodies on meshes of their own.
     tangents, solves
         Tangents assembled and nonlinear solves begun for the step, including failed
         tries and larger steps that were halved.
@@ -69,7 +70,7 @@ class LoadStep:
     halvings: int
     strategy: str = "full"
     number: int = field(default=1, repr=False)
-    released: float = field(default=0.0, repr=False)
+    released: tuple[float, float] | None = field(default=None, repr=False)
     tangents: int = field(default=0, repr=False)
     solves: int = field(default=0, repr=False)
 
@@ -185,7 +186,8 @@ class Output:
         `update` sets their values.
     segments
         Whether segments and integration points are written too, as series
-        ``<stem>_segments.pvd`` and ``<stem>_points.pvd``.
+        ``<stem>_segments.pvd`` and ``<stem>_points.pvd``. All files that the series
+        name are in the folder ``<stem>_files``.
     update
         Called on every rank before a step is written, when it is solved and not yet
         accepted.
@@ -278,7 +280,8 @@ class Output:
     def _write_segments(self, time: float) -> None:
         """Write segments and points of this step, and add them to their series."""
         series = [f"{self.path.stem}_{what}" for what in ("segments", "points")]
-        file = self.path.with_name(f"{series[0]}_{self.steps:04d}.vtu")
+        folder = folder_of(self._comm, self.path)
+        file = folder / f"{series[0]}_{self.steps:04d}.vtu"
         self.problem.contact.write_segments(file)
         ending = ".vtu" if self._comm.size == 1 else ".pvtu"
         for stem, name in zip(series, (file.stem, f"{file.stem}_points")):
@@ -286,7 +289,8 @@ class Output:
             with writing(self._comm, path, OSError):
                 if self._comm.rank == 0:
                     before = read_collection(path) if self.steps else []
-                    entry = Entry(repr(float(time)), 0, name + ending)
+                    place = f"{folder.name}/{name}{ending}"
+                    entry = Entry(repr(float(time)), 0, place)
                     write_collection(path, [*before, entry])
 
 

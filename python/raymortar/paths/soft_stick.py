@@ -15,9 +15,10 @@ import numpy as np
 from ..compat import Array, Mask
 from ..discretization.facets import shape_functions
 from ..discretization.surfaces import surface_areas
-from ..interface.point_results import PointStatus
+from ..interface.point_results import Status
 from ..interface.zone_data import ZoneData
 from ..options.friction import Stick
+from ..terms import Term
 
 # Factor on the share of slip from one tangent to the next
 HARDENS = 0.5
@@ -53,7 +54,7 @@ class _Softened:
     stiffness: float  # over area, traction per length
 
 
-class SoftStick:
+class SoftStick(Term):
     """Tangents between those of stick and slip, or closed and open nodes. Collective.
 
     With stick as it is the excess of friction at a slip front is a force on one node,
@@ -103,11 +104,11 @@ class SoftStick:
         self._zones = [z for z in self._all if z.is_nodal or z.part.gamma_is_soft]
         self._free = [_free(z.part, z.zone) for z in self._zones if opens]
         self._new = [~m & m for m in self._free]
-        problem.soften = self._add if self._softened() else None
-        try:
+        if not self._softened():
             yield
-        finally:
-            problem.soften = None
+            return
+        with problem.extended_by(self):
+            yield
 
     def _shares(self, zone: _Softened) -> tuple[float, float]:
         """Shares of slip and of opening in the next tangent, 0 where they reach no
@@ -134,7 +135,7 @@ class SoftStick:
         norms.clear()
         return True
 
-    def _add(self, A: PETSc.Mat) -> None:
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add to the tangent of the present iterate. Collective."""
         if self._shortens(A):
             return
@@ -191,13 +192,13 @@ def _contact_at_nodes(at: _Softened) -> dict[str, Any]:
     points here, weighted by their areas times the square of the node's function."""
     zone = at.zone
     if at.is_nodal:
-        found: dict[str, Any] = zone.cpp.nodes()
+        found: dict[str, Any] = zone.nodes()
         status = found["status"]
-        found["closed"] = 1.0 * (status >= PointStatus.STICK)
-        found["sticks"] = 1.0 * (status == PointStatus.STICK)
+        found["closed"] = 1.0 * (status >= Status.STICK)
+        found["sticks"] = 1.0 * (status == Status.STICK)
         return found
     points = zone.cpp.points()
-    hit = points["status"] >= PointStatus.OPEN
+    hit = points["status"] >= Status.OPEN
     status, table = points["status"][hit], np.asarray(zone.multiplier_table)
     shape, degree = zone.facets.slave_surface.shape, zone.multiplier_degree
     N, _ = shape_functions(shape, degree, points["xi"][hit])
@@ -205,8 +206,8 @@ def _contact_at_nodes(at: _Softened) -> dict[str, Any]:
     nodes = np.searchsorted(zone.multiplier_nodes, table[points["slave"][hit]])
     columns = [
         np.ones((len(status), 1)),
-        1.0 * (status >= PointStatus.STICK)[:, None],
-        1.0 * (status == PointStatus.STICK)[:, None],
+        1.0 * (status >= Status.STICK)[:, None],
+        1.0 * (status == Status.STICK)[:, None],
         points["gamma"][hit, None],
         points["contact_normal"][hit],
     ]

@@ -6,7 +6,7 @@ import itertools
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 from mpi4py import MPI
 
@@ -56,6 +56,9 @@ DOUBTFUL = 1e-5, 1e3
 MOST_KNOWN = 2
 
 
+Coefficient: TypeAlias = float | Function | PairCoefficients
+
+
 @dataclass
 class Prescribed:
     """Displacements of a contact that Dirichlet conditions prescribe.
@@ -95,6 +98,8 @@ class ContactAssembly:
         Method with the law that was chosen, and why it was; None: it was given.
     gamma
         Coefficient in use, see `Contact`.
+    own_gamma
+        The contact's own coefficient, where another is in use for some steps.
     automatic_gamma, soft_gamma
         The coefficient that was taken where none was given, None if one was, and the one
         of (5.16) that `paths.SoftStart` has put in its place, None before.
@@ -118,7 +123,8 @@ class ContactAssembly:
         self.unknowns = surfaces.unknowns
         self.number = next(_numbers)
         self.partners: tuple[int, ...] = (self.number,)
-        self.gamma: float | Function | PairCoefficients | None = None
+        self.gamma: Coefficient | None = None
+        self.own_gamma: Coefficient | None = None
         self.automatic_gamma: float | PairCoefficients | None = None
         self.soft_gamma: float | PairCoefficients | None = None
         self.gamma_scale = 1.0
@@ -171,13 +177,14 @@ class ContactAssembly:
                 self.why,
             )
 
-    def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
-        """Set the coefficient; see `Contact.set_gamma`. Collective."""
+    def set_gamma(self, gamma: Coefficient, own: Coefficient | None = None) -> None:
+        """Set the coefficient; see `Contact.set_gamma`. Given its own, it is lent to the
+        contact, which keeps that. Collective."""
         mesh = self.surfaces.slave_u.function_space.mesh
         found, self.gamma_scale = spread(gamma, self.surfaces.interfaces, mesh)
         for zone, (values, factors) in zip(self.zones, found):
             zone.cpp.set_gamma(values, self.gamma_scale, factors)
-        self.gamma = gamma
+        self.gamma, self.own_gamma = gamma, gamma if own is None else own
         self._forget_prescribed()  # the modulus may be that of gamma
         self.present.note_change()
 
@@ -302,7 +309,7 @@ class ContactAssembly:
             raise ContactError(text)
         is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
         if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it", 4)
+            warn(f"{text}, as Newton's method may fail with it")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

@@ -21,7 +21,7 @@ from ..errors import SetUpError, raise_everywhere, together, warn
 from ..interface.flux_sides import FieldOnZone, TiedField
 from ..interface.friction_at_points import along_facets, further
 from ..interface.zone_data import ZoneData
-from ..options.user_laws import FluxLaw
+from ..flux_law import FluxLaw
 from .assembly import ContactAssembly
 from .entries import joined
 from .tool_part import ToolPart
@@ -268,7 +268,6 @@ class FluxPart:
                 f"Flux.law lets {self.name} flow from where it is low to where it is "
                 "high, with closed contact and no slip: q is the flux from the slave to "
                 "the master, positive where T_s > T_m",
-                2,
             )
         self._is_checked = self._comm.allreduce(count) > 0
 

@@ -1,4 +1,5 @@
 #include "facing_facets.h"
+#include "raymortar/core/error.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -60,11 +61,11 @@ TYPED_TEST(ElementTest, ForcesOfBothSidesAddUpToNothing)
   for (int trial = 0; trial < 100; ++trial)
   {
     const FacingFacets<C> pair(random, -0.1, trial % 2 == 0);
-    const Eigen::VectorXd b = pair.residual(pair.unknowns(), true);
+    const Vector b = pair.residual(pair.unknowns(), true);
     Vec<D> sum = Vec<D>::Zero();
     double size = 0;
     for (int a = 0; a < F::dofs; ++a)
-      for (const int side : {0, C::Layout::master})
+      for (const int side : {0, C::master})
       {
         const Vec<D> force = b.template segment<D>(side + a * D);
         sum += force;
@@ -87,7 +88,7 @@ TYPED_TEST(ElementTest, MomentIsThatOfTheTractionsOverTheGap)
     for (int trial = 0; trial < 100; ++trial)
     {
       const FacingFacets<C> pair(random, -0.1, false);
-      const Eigen::VectorXd b = pair.residual(pair.unknowns(), true);
+      const Vector b = pair.residual(pair.unknowns(), true);
       const auto e = pair.at(pair.unknowns());
       auto sum = moment(Vec<D>(Vec<D>::Zero()), Vec<D>(Vec<D>::Zero()));
       for (int a = 0; a < F::dofs; ++a)
@@ -95,16 +96,17 @@ TYPED_TEST(ElementTest, MomentIsThatOfTheTractionsOverTheGap)
         sum += moment(Vec<D>(e.slave.col(a)),
                       Vec<D>(b.template segment<D>(a * D)));
         sum += moment(Vec<D>(e.master.col(a)),
-                      Vec<D>(b.template segment<D>(C::Layout::master + a * D)));
+                      Vec<D>(b.template segment<D>(C::master + a * D)));
       }
-      for (const auto& start : pair.points)
+      const ContactState state = FacingFacets<C>::state(e, pair.points, true);
+      const PointResults points = make_assembler(state)->results(state);
+      const bool has_couple = FacingFacets<C>::has_friction and
+                              (C::components == 0 or e.offset[0] != 0.0);
+      for (std::size_t q = 0; q < pair.points.size() and not has_couple; ++q)
       {
-        const auto q = pair.cast(e, start);
-        const typename FacingFacets<C>::Hit p(e, q);
-        Vec<D> t = p.response.t;
-        if (p.has_couple())
-          t -= p.turning(t);
-        sum -= q.area * q.g * moment(p.slave.n, t);
+        const Vec<D> n(points.normal.data() + D * q);
+        const Vec<D> t(points.traction.data() + D * q);
+        sum -= pair.points[q].area * state.hits.gap[q] * moment(n, t);
       }
       EXPECT_LT(sum.norm(), 1e-14);
     }
@@ -118,23 +120,27 @@ TYPED_TEST(ElementTest, MultiplierPushesTheBodiesApart)
   constexpr int D = C::F::gdim;
   std::mt19937 random(5);
   FacingFacets<C> pair(random, -0.1, false);
-  if constexpr (C::Layout::components == D)
-    for (int k = 0; k < C::Layout::multipliers; ++k)
+  if constexpr (C::components == D)
+    for (int k = 0; k < C::multipliers; ++k)
       pair.start.lam.col(k) =
-          -frame_at<typename C::F>(pair.start.slave, pair.points[0].xi).n;
-  const Eigen::VectorXd b = pair.residual(pair.unknowns(), true);
+          -frame_at<typename C::F>(
+               pair.start.slave, pair.points[0].xi.template head<C::F::tdim>())
+               .n;
+  const Vector b = pair.residual(pair.unknowns(), true);
   Vec<D> slave = Vec<D>::Zero();
   for (int a = 0; a < C::F::dofs; ++a)
     slave += b.template segment<D>(a * D);
   const Vec<D> n =
-      frame_at<typename C::F>(pair.start.slave, pair.points[0].xi).n;
+      frame_at<typename C::F>(pair.start.slave,
+                              pair.points[0].xi.template head<C::F::tdim>())
+          .n;
   EXPECT_GT(slave.dot(n), 0);
 }
 
 TYPED_TEST(ElementTest, ScaleOfTheUnknownScalesTheConditionOnly)
 {
   using C = TypeParam;
-  constexpr int M = C::Layout::multiplier_dofs;
+  constexpr int M = C::multiplier_dofs;
   if constexpr (M > 0)
   {
     std::mt19937 random(6);
@@ -143,8 +149,22 @@ TYPED_TEST(ElementTest, ScaleOfTheUnknownScalesTheConditionOnly)
     pair.start.lam_scale *= 8;
     pair.start.lam /= 8;
     const auto other = pair.residual(pair.unknowns(), true);
-    Eigen::VectorXd expected = once;
-    expected.segment(C::Layout::side, M) *= 8;
+    Vector expected = once;
+    expected.segment(C::side, M) *= 8;
     EXPECT_LT((other - expected).norm(), 1e-14);
+  }
+}
+
+TEST(Assembler, RefusesMultipliersOfADegreeThatIsNotStable)
+{
+  using C = Case<Triangle2, 1, NormalAugmentedLagrangian>;
+  std::mt19937 random(1);
+  const FacingFacets<C> pair(random, -0.1, false);
+  ContactState s = FacingFacets<C>::state(pair.start, pair.points, true);
+  EXPECT_NO_THROW((void)make_assembler(s));
+  for (const int degree : {0, 2})
+  {
+    s.multipliers.degree = degree;
+    EXPECT_THROW((void)make_assembler(s), Error);
   }
 }

@@ -1,6 +1,6 @@
 // Columns of a free tool's unknowns against differences of the residual.
 #include "raymortar/element/free_tools.h"
-#include "raymortar/element/general_assembler.h"
+#include "raymortar/element/assembler.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
 #include "raymortar/rigid/facet_tool.h"
@@ -121,7 +121,7 @@ protected:
   [[nodiscard]] std::vector<double> residual() const
   {
     std::vector<double> all;
-    make_general_assembler(s)->residual(s,
+    make_assembler(s)->residual(s,
                                         [&](std::size_t, const double* b, int n)
                                         { all.insert(all.end(), b, b + n); });
     return all;
@@ -156,7 +156,7 @@ TEST_P(FreeTools, HaveColumnsThatAreDerivatives)
   std::size_t begin = 0;
   double largest = 0.0;
   int free_elements = 0;
-  make_general_assembler(s)->tangent(
+  make_assembler(s)->tangent(
       s, every,
       [&](std::size_t e, const double* A, int size)
       {

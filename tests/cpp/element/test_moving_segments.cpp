@@ -1,7 +1,6 @@
 #include "differences.h"
 #include "facet_types.h"
-#include "raymortar/element/moving_segments.h"
-#include "raymortar/law/augmented.h"
+#include "raymortar/element/segment_motion.h"
 #include "rules.h"
 #include "surfaces.h"
 
@@ -23,10 +22,13 @@ enum class Hit
 template <class F>
 class Plates
 {
-  using Law = NormalAugmentedLagrangian;
-  using Layout = ElementLayout<F, 1, Law>;
-  using Motion = MovingSegments<F, Layout>;
   static constexpr int D = F::gdim;
+  using Motion = SegmentMotion<D>;
+  /// Unknowns of an element: of each side, and a scalar multiplier at corners
+  static constexpr int side = D * F::dofs;
+  static constexpr int multipliers = F::template Basis<1>::nodes;
+  static constexpr int alone = side + multipliers;
+  static constexpr int size = alone + side;
 
 public:
   Plates(std::mt19937& random, Hit hit) : _hit(hit)
@@ -75,14 +77,18 @@ public:
   {
     pair(_start);
     Matrix J = Matrix::Zero(num_rows(), num_unknowns());
-    const auto motion = std::make_unique<Motion>();
+    const auto motion = std::make_unique<Motion>(_state);
     for (std::size_t e = 0; e < _state.elements.size(); ++e)
       add_element(e, *motion, J);
     return J;
   }
 
 private:
-  using Block = typename Motion::Matrix;
+  struct Wave
+  {
+    Vec<size> f;
+    Mat<size, F::tdim> f_xi;
+  };
 
   [[nodiscard]] Eigen::Index num_unknowns() const
   {
@@ -92,7 +98,7 @@ private:
   /// Those of the multiplier come last, each facet's by themselves
   [[nodiscard]] Eigen::Index num_rows() const
   {
-    return num_unknowns() + _state.slave.num_facets() * Layout::multiplier_dofs;
+    return num_unknowns() + _state.slave.num_facets() * multipliers;
   }
 
   void pair(const Vector& u)
@@ -143,9 +149,9 @@ private:
   [[nodiscard]] std::vector<Eigen::Index> rows_of(std::size_t e) const
   {
     auto rows = slave_dofs(e);
-    for (int k = 0; k < Layout::multiplier_dofs; ++k)
-      rows.push_back(num_unknowns() +
-                     _state.elements.slave[e] * Layout::multiplier_dofs + k);
+    for (int k = 0; k < multipliers; ++k)
+      rows.push_back(num_unknowns() + _state.elements.slave[e] * multipliers +
+                     k);
     if (const Index hit = _state.elements.master[e]; hit != no_index)
       for (const Eigen::Index row : master_dofs(hit))
         rows.push_back(row);
@@ -153,11 +159,10 @@ private:
   }
 
   /// A wave for each row of the element
-  [[nodiscard]] Integrand<F, Layout> integrand(std::size_t e,
-                                               const Vec<2>& xi) const
+  [[nodiscard]] Wave integrand(std::size_t e, const Vec<2>& xi) const
   {
-    Integrand<F, Layout> wave;
-    for (int r = 0; r < Layout::size; ++r)
+    Wave wave;
+    for (int r = 0; r < size; ++r)
     {
       const Vec<2> k(1.0 + 0.1 * r, 0.7 - 0.05 * r);
       const double phase = k.head<F::tdim>().dot(xi.head<F::tdim>()) + r +
@@ -171,40 +176,49 @@ private:
   void add_element(std::size_t e, Motion& motion, Matrix& J)
   {
     const ContactState& s = _state;
-    const Index slave = s.elements.slave[e], hit = s.elements.master[e];
-    const auto nodes = s.slave.nodes<F>(s.slave.x, slave);
-    Block A = Block::Zero();
+    const Index hit = s.elements.master[e];
+    // As blocks come, without rows and columns of a master that is not there
+    const int n = hit == no_index ? alone : size;
+    std::vector<double> A(static_cast<std::size_t>(n * n));
     const auto rows = rows_of(e);
     const CouplingSink couple = [&](std::size_t element, Index master,
-                                    const double* block, int size,
+                                    const double* block, int width,
                                     const double* hit_rows)
     {
       EXPECT_EQ(element, e);
-      EXPECT_EQ(size, Layout::size);
+      EXPECT_EQ(width, size);
       EXPECT_EQ(hit_rows == nullptr, hit == no_index);
       ++_couplings;
       const auto columns = master_dofs(master);
-      const Eigen::Map<const Block> B(block);
-      for (int r = 0; r < Layout::alone; ++r)
-        for (int c = 0; c < Layout::side; ++c)
-          J(rows[r], columns[c]) += B(r, Layout::master + c);
-      for (int k = 0; hit_rows and k < Layout::side * Layout::side; ++k)
-        J(rows[Layout::master + k / Layout::side], columns[k % Layout::side]) +=
-            hit_rows[k];
+      for (int r = 0; r < alone; ++r)
+        for (int c = 0; c < side; ++c)
+          J(rows[r], columns[c]) += block[r * size + alone + c];
+      for (int k = 0; hit_rows and k < side * side; ++k)
+        J(rows[alone + k / side], columns[k % side]) += hit_rows[k];
     };
-    const typename Motion::Element element{
-        s, e, nodes, A, couple, FlatMap<F>(s.slave.nodes<F>(s.slave.X, slave))};
+    const typename Motion::Element element{e, alone, n, A.data(), couple};
     for (const Index q : s.elements.points_of(e))
-      motion.add(element, q, integrand(e, s.points.xi[q]));
+      motion.add(element, static_cast<std::size_t>(q),
+                 as_taken(integrand(e, s.points.xi[q])));
     motion.finish(element);
     const auto columns = slave_dofs(e);
-    for (std::size_t r = 0; r < rows.size(); ++r)
+    for (int r = 0; r < n; ++r)
     {
-      for (int c = 0; c < Layout::side; ++c)
-        J(rows[r], columns[c]) += A(r, c);
-      for (int c = Layout::master; c < Layout::size and hit != no_index; ++c)
-        J(rows[r], rows[c]) += A(r, c);
+      for (int c = 0; c < side; ++c)
+        J(rows[r], columns[c]) += A[r * n + c];
+      for (int c = alone; c < n; ++c)
+        J(rows[r], rows[c]) += A[r * n + c];
     }
+  }
+
+  [[nodiscard]] static AnyIntegrand<D> as_taken(const Wave& wave)
+  {
+    AnyIntegrand<D> at;
+    std::copy_n(wave.f.data(), size, at.f.begin());
+    for (int j = 0; j < F::tdim; ++j)
+      std::copy_n(wave.f_xi.data() + j * size, size,
+                  at.f_xi[static_cast<std::size_t>(j)].begin());
+    return at;
   }
 
   Hit _hit;

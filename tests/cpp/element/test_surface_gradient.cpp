@@ -1,55 +1,76 @@
 #include "facing_facets.h"
-#include "raymortar/element/surface_gradient.h"
+#include "raymortar/element/any_points.h"
+#include "raymortar/element/taylor_gradient.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
 
 namespace
 {
-template <class C>
-using Gradient =
-    SurfaceGradient<typename C::F, C::multiplier_degree, typename C::Law>;
-
 /// The point at xi with its ray cast, of unit weight in reference coordinates
 template <class C>
-ElementPoint<typename C::F> unit_point(const FacingFacets<C>& facets,
-                                       const Vector& xi, bool hit)
+ContactState at_point(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 {
   using F = typename C::F;
-  const typename C::Data& e = facets.start;
+  const Facing<C>& e = facets.start;
   const auto undeformed = frame_at<F>(e.reference, xi);
-  ElementPoint<F> q{xi, F::RefPoint::Zero(), 1.0, undeformed.jacobian, 0.0};
+  FacingPoint q{Vec<2>::Zero(), 1.0, undeformed.jacobian};
+  q.xi.head(xi.size()) = xi;
   if (revolves(e.measure))
     q.area *= circumference(undeformed.x);
-  return hit ? facets.cast(e, q) : q;
+  return FacingFacets<C>::state(e, {q}, hit);
 }
 
 /// What the element integrates at xi, by its residual of that one point
 template <class C>
 Vector integrand(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 {
-  using Facing = FacingFacets<C>;
-  const auto kernel = std::make_unique<typename C::Kernel>();
-  kernel->b.setZero();
-  const auto q = unit_point(facets, xi, hit);
-  if (hit)
-    kernel->add_hit(typename Facing::Hit(facets.start, q));
-  else
-    kernel->add_miss(typename Facing::Miss(facets.start, q));
-  return kernel->b;
+  const ContactState s = at_point(facets, xi, hit);
+  Vector f;
+  make_assembler(s)->residual(s, [&f](std::size_t, const double* b, int n)
+                              { f = Eigen::Map<const Vector>(b, n); });
+  return f;
 }
+
+struct Rates
+{
+  Vector f;
+  Matrix f_xi;
+};
 
 /// The same with its derivative, as moving segments take it
 template <class C>
-auto with_gradient(const FacingFacets<C>& facets, const Vector& xi, bool hit)
+Rates with_gradient(const FacingFacets<C>& facets, const Vector& xi, bool hit)
 {
-  using Facing = FacingFacets<C>;
-  const typename C::Data& e = facets.start;
-  const auto q = unit_point(facets, xi, hit);
-  if (not hit)
-    return Gradient<C>::miss(e, q, typename Facing::Miss(e, q));
-  const typename Facing::Hit p(e, q);
-  return Gradient<C>::hit(e, q, p, {e, q, p});
+  constexpr int D = C::F::gdim;
+  using Law = typename C::Law;
+  using Gradient = TaylorGradient<D, Law>;
+  using F = TaylorFacet<D>;
+  constexpr int L = Gradient::L;
+  const ContactState s = at_point(facets, xi, hit);
+  AnyPoints<D, Law> points(s, {.old = is_frictional<Law>,
+                               .target = true,
+                               .bends = true,
+                               .along = true});
+  points.take(0);
+  points.place(0);
+  const auto& e = points.data;
+  AnyIntegrand<D> out;
+  if (hit)
+  {
+    const HitPoint<F, L, Law> p(e, points.at);
+    Gradient::hit(e, points.at, p, {e, points.at, p}, points.shapes, out);
+  }
+  else
+    Gradient::miss(e, points.at, SlavePoint<F, L, Law>(e, points.at),
+                   points.shapes, out);
+  const int size = points.shapes.size();
+  Rates rates{Eigen::Map<const Vector>(out.f.data(), size),
+              Matrix(size, xi.size())};
+  for (int j = 0; j < xi.size(); ++j)
+    rates.f_xi.col(j) = Eigen::Map<const Vector>(
+        out.f_xi[static_cast<std::size_t>(j)].data(), size);
+  return rates;
 }
 
 template <class C>
@@ -57,13 +78,14 @@ void expect_rates(const FacingFacets<C>& facets, bool hit)
 {
   for (const auto& point : facets.points)
   {
-    const auto found = with_gradient(facets, point.xi, hit);
-    const Vector f = integrand(facets, point.xi, hit);
+    const Vector at = point.xi.template head<C::F::tdim>();
+    const Rates found = with_gradient(facets, at, hit);
+    const Vector f = integrand(facets, at, hit);
     EXPECT_LE((found.f - f).cwiseAbs().maxCoeff(),
               1e-14 * (1 + f.cwiseAbs().maxCoeff()));
     expect_derivative([&](const Vector& xi)
                       { return integrand(facets, xi, hit); },
-                      point.xi, found.f_xi);
+                      at, found.f_xi);
   }
 }
 
@@ -117,14 +139,14 @@ TYPED_TEST(SurfaceGradientTest, TakesFieldsOfTheSlaveAlong)
     facets.start.offset = random_vector<F::dofs>(random, 0.03);
     if constexpr (is_frictional<typename C::Law>)
     {
-      auto& history = facets.start.history;
-      history.has_coefficient = true;
-      history.coefficient =
+      auto& start = facets.start;
+      start.has_coefficient = true;
+      start.coefficient =
           Vec<F::dofs>::Constant(0.4) + random_vector<F::dofs>(random, 0.1);
-      fill_random(random, history.traction_old, 0.02);
+      fill_random(random, start.traction_old, 0.02);
       // The surfaces have turned since the accepted step
-      history.slave_old += 0.1 * random_nodes<F>(random, 0.04);
-      history.master_old += 0.1 * random_nodes<F>(random, 0.04);
+      start.slave_old += 0.1 * random_nodes<F>(random, 0.04);
+      start.master_old += 0.1 * random_nodes<F>(random, 0.04);
     }
     expect_rates(facets, true);
   }

@@ -30,6 +30,23 @@ typename F::NodeMatrix random_master(std::mt19937& random)
   master.row(F::gdim - 1).array() += F::gdim == 2 ? -0.1 : 0.1;
   return master;
 }
+
+/// A motion over the dofs [slave | master], of facets of one type
+template <class F>
+Matrix rows_of(const VertexMotion<F>& motion)
+{
+  constexpr int D = F::gdim, side = D * F::dofs;
+  const auto values = [](const Vec<2>& at) -> Vec<F::dofs>
+  { return F::Disp::values(at.template head<F::tdim>()); };
+  const MasterPlace& at = motion.place;
+  const Vec<F::dofs> N =
+      (1.0 - at.share) * values(at.begin) + at.share * values(at.end);
+  Matrix rows(F::tdim, 2 * side);
+  rows.leftCols(side) = motion.by_slave;
+  for (int a = 0; a < F::dofs; ++a)
+    rows.middleCols(side + D * a, D) = N[a] * motion.by_master;
+  return rows;
+}
 } // namespace
 
 template <class F>

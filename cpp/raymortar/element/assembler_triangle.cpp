@@ -1,9 +1,0 @@
-#include "raymortar/element/assembler_impl.h"
-
-namespace raymortar
-{
-template std::unique_ptr<Assembler>
-assembler_for<FacetType<Shape::triangle, 1, 1>>(const ContactState&);
-template std::unique_ptr<Assembler>
-assembler_for<FacetType<Shape::triangle, 2, 2>>(const ContactState&);
-} // namespace raymortar
