@@ -10,7 +10,7 @@
 namespace raymortar
 {
 /// @brief The row of a node at a point, per unit of area: what is tested with
-/// the node's function, and gap and slip  [theory (4.26), (4.39)].
+/// the node's function, and gap and slip  [theory (4.26), (4.41)].
 template <int D, int M>
 struct RowAtPoint
 {
