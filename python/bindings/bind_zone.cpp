@@ -361,6 +361,7 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
+      .def("set_law", &Zone::set_law, py::arg("condition"), py::arg("dual"))
       .def("set_unfelt",
            [](Zone& z, const Array<double>& parts,
               const Array<double>& accepted, const Array<std::int8_t>& kept)

@@ -164,6 +164,10 @@ struct PointResults
   std::vector<double> dissipated;
 };
 
+/// @brief Integrals of gap and slip with the test function of each node of a
+/// facet, (facets, nodes, 1 + gdim).
+using FacetIntegrals = std::vector<double>;
+
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
@@ -197,8 +201,12 @@ public:
                        const CouplingSink& couplings) const = 0;
 
   /// @brief What points give to the nodes at which the law holds.
-  [[nodiscard]] virtual NodeSums node_sums(const ContactState&) const
+  /// @param[out] tested Gaps and slips of each facet, which `NodeSums` are then
+  /// without; null: all is in those
+  [[nodiscard]] virtual NodeSums node_sums(const ContactState&,
+                                           FacetIntegrals* tested) const
   {
+    static_cast<void>(tested);
     return {};
   }
 
@@ -210,20 +218,22 @@ public:
 /// components), for multipliers that are not shared between facets.
 using FacetTractions = std::vector<double>;
 
+struct DualField; ///< see dual_functions.h
+
 /// @brief Assembler for the multipliers, method and friction of `s`, whose
 /// facets and target may be of any kinds.
-/// @param[in] tractions In place of those of the multiplier's nodes, whenever
+/// @param[in] dual In place of the shape functions of the multiplier, whenever
 /// it assembles; null: those
 /// @throws Error for a combination that does not exist
 [[nodiscard]] std::unique_ptr<Assembler>
 make_assembler(const ContactState& s,
-               std::shared_ptr<const FacetTractions> tractions = nullptr);
+               std::shared_ptr<const DualField> dual = nullptr);
 
 /// @brief Assembler in dimension D; each has its own unit.
 template <int D>
 [[nodiscard]] std::unique_ptr<Assembler>
 assembler_in(const ContactState& s,
-             const std::shared_ptr<const FacetTractions>& tractions);
+             const std::shared_ptr<const DualField>& dual);
 
 /// @brief Slip T_n w of (2) at the points of a contact without friction, which
 /// otherwise does not need it, (points, gdim). Length.

@@ -3,6 +3,5 @@
 namespace raymortar
 {
 template std::unique_ptr<Assembler>
-assembler_in<2>(const ContactState&,
-                const std::shared_ptr<const FacetTractions>&);
+assembler_in<2>(const ContactState&, const std::shared_ptr<const DualField>&);
 } // namespace raymortar

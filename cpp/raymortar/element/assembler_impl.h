@@ -26,7 +26,7 @@ class AssemblerOf final : public Assembler
   /// Nothing where points have conditions of their own
   struct NoNodes
   {
-    explicit NoNodes(const ContactState&) {}
+    NoNodes(const ContactState&, const DualField*) {}
   };
   using Nodes = std::conditional_t<nodal, FacetConditions<D, Law>, NoNodes>;
 
@@ -57,8 +57,8 @@ class AssemblerOf final : public Assembler
   };
 
 public:
-  explicit AssemblerOf(std::shared_ptr<const FacetTractions> tractions)
-      : _tractions(std::move(tractions))
+  explicit AssemblerOf(std::shared_ptr<const DualField> dual)
+      : _dual(std::move(dual))
   {
   }
 
@@ -66,7 +66,7 @@ public:
   {
     const auto kernel = std::make_unique<Kernel>();
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>}, _tractions.get());
+        s, Wanted{.old = is_frictional<Law>}, tractions());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -97,12 +97,12 @@ public:
                                         .target = true,
                                         .bends = true,
                                         .along = s.moving_segments},
-                                 _tractions.get());
+                                 tractions());
     std::unique_ptr<SegmentMotion<D>> motion;
     if (s.moving_segments)
       motion = std::make_unique<SegmentMotion<D>>(s);
     if constexpr (nodal)
-      points->nodes.emplace(s);
+      points->nodes.emplace(s, _dual.get());
     for (const std::size_t e : elements)
     {
       points->take(e);
@@ -119,9 +119,9 @@ public:
   {
     PointResults r = results_without_hits(s);
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>, .target = true}, _tractions.get());
+        s, Wanted{.old = is_frictional<Law>, .target = true}, tractions());
     if constexpr (nodal)
-      points->nodes.emplace(s);
+      points->nodes.emplace(s, _dual.get());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -131,21 +131,25 @@ public:
     return r;
   }
 
-  [[nodiscard]] NodeSums node_sums(const ContactState& s) const override
+  [[nodiscard]] NodeSums node_sums(const ContactState& s,
+                                   FacetIntegrals* tested) const override
   {
     NodeSums sums;
     if constexpr (nodal)
     {
       sums = NodeSums(s.multipliers.row.size(), D);
+      if (tested)
+        tested->assign(s.multipliers.facet.size() * (1 + D), 0.0);
       const auto points = std::make_unique<Points>(
-          s, Wanted{.old = is_frictional<Law>}, _tractions.get());
+          s, Wanted{.old = is_frictional<Law>}, tractions());
       for (std::size_t e = 0; e < s.elements.size(); ++e)
       {
         points->take(e);
         if (points->has_target)
           for_points(*points, e,
-                     [&](std::size_t)
-                     { add_to_nodes(*points, s.elements.slave[e], sums); });
+                     [&](std::size_t) {
+                       add_to_nodes(*points, s.elements.slave[e], sums, tested);
+                     });
       }
     }
     return sums;
@@ -153,7 +157,8 @@ public:
 
 private:
   /// Add what a point gives to the nodes of its facet
-  static void add_to_nodes(const Points& at, Index facet, NodeSums& sums)
+  static void add_to_nodes(const Points& at, Index facet, NodeSums& sums,
+                           FacetIntegrals* tested)
   {
     const Data& e = at.data;
     const Hit<false> p(e, at.at);
@@ -163,10 +168,10 @@ private:
     set_node_tests<D - 1>(at.shapes.multiplier, count, tests);
     for (int k = 0; k < count; ++k)
     {
-      const Index node = m.facet[static_cast<std::size_t>(facet * count + k)];
+      const auto place = static_cast<std::size_t>(facet * count + k);
+      const Index node = m.facet[place];
       const double w = p.weight * tests[static_cast<std::size_t>(k)][0];
       sums.at(node, NodeSum::area) += w;
-      sums.at(node, NodeSum::gap) += w * p.gap;
       sums.at(node, NodeSum::gamma) += w * p.gamma;
       sums.at(node, NodeSum::touch) += w * e.touch;
       sums.template at<D>(node, NodeVector::normal) += w * p.normal;
@@ -174,8 +179,15 @@ private:
       {
         sums.at(node, NodeSum::coefficient) +=
             w * p.value(e.history.coefficient);
-        sums.template at<D>(node, NodeVector::slip) += w * p.old.w;
       }
+      double* const gap = tested ? tested->data() + place * (1 + D)
+                                 : &sums.at(node, NodeSum::gap);
+      *gap += w * p.gap;
+      if constexpr (is_frictional<Law>)
+        Eigen::Map<Vec<D>>(
+            tested ? gap + 1
+                   : sums.template at<D>(node, NodeVector::slip).data()) +=
+            w * p.old.w;
     }
   }
 
@@ -304,16 +316,21 @@ private:
     }
   }
 
-  std::shared_ptr<const FacetTractions> _tractions; ///< null: of the nodes
+  [[nodiscard]] const FacetTractions* tractions() const
+  {
+    return _dual ? &_dual->tractions : nullptr;
+  }
+
+  std::shared_ptr<const DualField> _dual; ///< null: shape functions
 };
 
 template <int D>
 std::unique_ptr<Assembler>
 assembler_in(const ContactState& s,
-             const std::shared_ptr<const FacetTractions>& tractions)
+             const std::shared_ptr<const DualField>& dual)
 {
-  const auto make = [&tractions]<class Law>() -> std::unique_ptr<Assembler>
-  { return std::make_unique<AssemblerOf<D, Law>>(tractions); };
+  const auto make = [&dual]<class Law>() -> std::unique_ptr<Assembler>
+  { return std::make_unique<AssemblerOf<D, Law>>(dual); };
   return s.has_law_at_nodes() ? with_nodal_law(s, make) : with_law(s, make);
 }
 } // namespace raymortar

@@ -37,6 +37,9 @@ struct DualFacet
   double share = 0.0;     ///< covered, of the reference coordinates
   NodeMatrix inverse;     ///< of m
   Eigen::VectorXd weight; ///< d, integrals of the test functions
+  /// Coefficients of the test functions in the projections of gap and slip,
+  /// (nodes, 1 + gdim)  [theory (4.38)]
+  Eigen::MatrixXd gaps;
 
   /// @brief (1 - s)^2, by which `spread` times the area is in m.
   [[nodiscard]] double slack() const { return (1.0 - share) * (1.0 - share); }
@@ -48,9 +51,30 @@ struct DualFacet
   }
 };
 
+/// @brief The functions of all facets, and what they interpolate.
+struct DualField
+{
+  DualBasis basis;
+  std::vector<DualFacet> facets;
+  FacetTractions tractions; ///< at the nodes of each facet
+
+  /// @brief Without facets, and tractions of zero, until points are known.
+  explicit DualField(const ContactState& s);
+};
+
 /// @brief Of all slave facets, for the present hits.
 [[nodiscard]] std::vector<DualFacet> dual_facets(const ContactState& s,
                                                  const DualBasis& basis);
+
+/// @brief Project gaps and slips, and add what the dual functions test of them
+/// to the sums of nodes  [theory (4.38)].
+/// @param[in] tested Of the test functions B
+void add_tested_gaps(const ContactState& s, const FacetIntegrals& tested,
+                     std::vector<DualFacet>& facets, NodeSums& sums);
+
+/// @brief Change of a facet's slack times its area per covered reference
+/// coordinates, for fixed area.
+[[nodiscard]] double slack_by_share(const ContactState& s, const DualFacet& f);
 
 /// @brief Tractions of the dual functions at the nodes of each facet.
 [[nodiscard]] FacetTractions

@@ -98,18 +98,18 @@ public:
     for (int k = 0; k < nodes.size(); ++k)
     {
       const auto& c = nodes.at(k);
-      const auto& N = nodes.test(k);
-      const Vec<M> f = share_of_point(e, p, c);
-      const Mat<M, T> f_xi =
-          chain<M>(point_slopes<D, Law>(c), p, slopes, columns) +
-          p.gamma * c.by_gamma * along.log_gamma + f * along.area.log_jacobian;
+      const RowAtPoint<D, M> row = nodes.row(e, p, k);
+      const PointSlopes<D, Law> by_point(c, row);
+      const Mat<M, T> along_facet =
+          chain<M>(by_point.slopes(), p, slopes, columns) + row.along +
+          row.test * p.gamma * c.by_gamma * along.log_gamma +
+          row.value * along.area.log_jacobian;
       for (int i = 0; i < M; ++i)
       {
-        const auto row = static_cast<std::size_t>(at.side() + k * M + i);
-        out.f[row] = w * N[0] * f[i];
+        const auto r = static_cast<std::size_t>(at.side() + k * M + i);
+        out.f[r] = w * row.value[i] + at.scale * row.by_share[i];
         for (std::size_t j = 0; j < T; ++j)
-          out.f_xi[j][row] =
-              w * (N[0] * f_xi(i, static_cast<int>(j)) + f[i] * N[1 + j]);
+          out.f_xi[j][r] = w * along_facet(i, static_cast<int>(j));
       }
     }
   }

@@ -161,6 +161,13 @@ public:
   /// which multipliers are eliminated  [theory (4.31)].
   void set_eliminated(bool on) { _interface.set_eliminated(on); }
 
+  /// @brief See Interface::set_law.
+  void set_law(Condition condition, bool dual)
+  {
+    _interface.set_law(condition, dual);
+    _has_node_sums = false;
+  }
+
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
   /// @param[in] factors Of gamma by the bodies of a slave and a master facet
@@ -189,6 +196,8 @@ public:
   {
     return state().has_law_at_nodes() and not _has_node_sums;
   }
+  /// @brief What this zone gives to the sums.
+  [[nodiscard]] NodeSums own_node_sums() { return _interface.own_node_sums(); }
   /// @brief Set the sums of all zones and ranks that share nodes.
   void set_node_sums(NodeSums sums);
 

@@ -145,18 +145,23 @@ Eigen::VectorXd flat(const Eigen::MatrixXd& by_node)
 } // namespace
 
 DualTerm::DualTerm(const ContactState& s, bool has_moving_segments)
-    : _tractions(std::make_shared<FacetTractions>(
-          s.multipliers.facet.size() *
-              static_cast<std::size_t>(s.multipliers.components),
-          0.0)),
-      _mortar(make_assembler(s, _tractions), has_moving_segments), _basis(s)
+    : _dual(std::make_shared<DualField>(s)),
+      _mortar(make_assembler(s, _dual), has_moving_segments)
 {
+}
+
+NodeSums DualTerm::sum_nodes(const ContactState& s)
+{
+  _dual->facets = dual_facets(s, _dual->basis);
+  FacetIntegrals tested;
+  NodeSums sums = assembler().node_sums(s, &tested);
+  add_tested_gaps(s, tested, _dual->facets, sums);
+  return sums;
 }
 
 void DualTerm::renew(const ContactState& s)
 {
-  _facets = dual_facets(s, _basis);
-  *_tractions = dual_tractions(s, _basis, _facets);
+  _dual->tractions = dual_tractions(s, _dual->basis, _dual->facets);
 }
 
 void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
@@ -176,7 +181,8 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
     on(segment.slave).push_back(segment.master);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    if (not _facets.empty() and not _facets[static_cast<std::size_t>(f)].varies)
+    if (not _dual->facets.empty() and
+        not _dual->facets[static_cast<std::size_t>(f)].varies)
       continue;
     sort_unique(on(f));
     for (const Index first : on(f))
@@ -188,15 +194,15 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
 
 Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
 {
-  require(s, _facets);
+  require(s, _dual->facets);
   const Work work = _mortar.residual(s, sink);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    const DualFacet& facet = _facets[static_cast<std::size_t>(f)];
+    const DualFacet& facet = _dual->facets[static_cast<std::size_t>(f)];
     if (not facet.is_covered or facet.slack() == 0.0)
       continue;
-    const Eigen::VectorXd forces =
-        held_back(s, _basis, facet) * flat(dual_coefficients(s, facet, f));
+    const Eigen::VectorXd forces = held_back(s, _dual->basis, facet) *
+                                   flat(dual_coefficients(s, facet, f));
     sink.add({f}, {forces.data(), static_cast<std::size_t>(forces.size())});
   }
   return work;
@@ -204,22 +210,23 @@ Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
 
 Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
-  require(s, _facets);
+  require(s, _dual->facets);
   const int M = s.multipliers.components;
   const std::vector<DualRate> rates =
-      dual_rates(s, _basis, _facets, *_tractions);
-  ToMultiplier blocks(s, _basis, _facets, sink);
+      dual_rates(s, _dual->basis, _dual->facets, _dual->tractions);
+  ToMultiplier blocks(s, _dual->basis, _dual->facets, sink);
   for (const DualRate& rate : rates)
     if (sink.wants(columns_of(s, rate)))
       blocks.ask_for(rate.slave);
   const Work work = _mortar.tangent(s, blocks);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    const DualFacet& facet = _facets[static_cast<std::size_t>(f)];
+    const DualFacet& facet = _dual->facets[static_cast<std::size_t>(f)];
     const Unknowns own{f, f, no_index};
     if (not facet.is_covered or facet.slack() == 0.0 or not sink.wants(own))
       continue;
-    const Block by_lam = s.multipliers.scale * held_back(s, _basis, facet) *
+    const Block by_lam = s.multipliers.scale *
+                         held_back(s, _dual->basis, facet) *
                          by_component(facet.from_nodal(), M);
     sink.add({f}, {no_index, f, no_index}, by_lam.data());
   }
@@ -228,7 +235,8 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Unknowns columns = columns_of(s, rate);
     if (not sink.wants(columns))
       continue;
-    const DualFacet& facet = _facets[static_cast<std::size_t>(rate.slave)];
+    const DualFacet& facet =
+        _dual->facets[static_cast<std::size_t>(rate.slave)];
     const Eigen::Index count = rate.rows.rows() - 1;
     const Block change =
         by_component(facet.inverse, M) * rate.rows.topRows(count);
@@ -241,10 +249,10 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     if (facet.slack() == 0.0)
       continue;
     const Eigen::VectorXd spread =
-        flat(_basis.rows * Eigen::MatrixXd(_basis.spread) *
+        flat(_dual->basis.rows * Eigen::MatrixXd(_dual->basis.spread) *
              dual_coefficients(s, facet, rate.slave));
-    const Block held =
-        held_back(s, _basis, facet) * change + spread * rate.rows.row(count);
+    const Block held = held_back(s, _dual->basis, facet) * change +
+                       spread * rate.rows.row(count);
     sink.add({rate.slave}, columns, held.data());
   }
   return work;

@@ -22,7 +22,10 @@ public:
     return _mortar.assembler();
   }
 
-  /// @brief Make the dual functions of the present points and their tractions.
+  /// @brief Make the dual functions of the present points, and sum what points
+  /// give to nodes: gaps and slips by these functions  [theory (4.38)].
+  [[nodiscard]] NodeSums sum_nodes(const ContactState& s);
+  /// @brief Make the tractions of these functions.
   void renew(const ContactState& s);
 
   void add_needs(const ContactState& s, PatternNeeds& needs) const override;
@@ -30,9 +33,7 @@ public:
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
 
 private:
-  std::shared_ptr<FacetTractions> _tractions; ///< that the kernel reads
+  std::shared_ptr<DualField> _dual; ///< that the kernel reads
   MortarTerm _mortar;
-  DualBasis _basis;
-  std::vector<DualFacet> _facets;
 };
 } // namespace raymortar

@@ -116,12 +116,12 @@ void Interface::add_smoothing()
   _cover = appended(_terms, std::make_unique<CoverTerm>(_state));
 }
 
-NodeSums Interface::own_node_sums() const
+NodeSums Interface::own_node_sums()
 {
-  NodeSums sums;
   if (_nodes == nullptr)
-    return sums;
-  sums = _assembler->node_sums(_state);
+    return {};
+  NodeSums sums =
+      _dual ? _dual->sum_nodes(_state) : _assembler->node_sums(_state, nullptr);
   _nodes->add_sums(_state, sums);
   return sums;
 }
@@ -135,7 +135,12 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
                                 *input.tie, _state.slave.gdim)));
     return &_tie->kernel();
   }
-  if (input.dual_multiplier)
+  return add_contact(input.dual_multiplier);
+}
+
+const Assembler* Interface::add_contact(bool dual)
+{
+  if (dual)
   {
     _dual = appended(_terms,
                      std::make_unique<DualTerm>(_state, _has_moving_segments));
@@ -145,6 +150,20 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
       appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
                                                     _has_moving_segments));
   return &mortar->assembler();
+}
+
+void Interface::set_law(Condition condition, bool dual)
+{
+  if (_tie)
+    throw Error("a tie has no law to choose");
+  _terms.clear();
+  _dual = nullptr;
+  _nodes = nullptr;
+  _state.condition = condition;
+  _state.node_sums = {};
+  _assembler = add_contact(dual);
+  add_smoothing();
+  _pipeline.forget_points();
 }
 
 void Interface::set_node_sums(NodeSums sums)

@@ -42,6 +42,11 @@ public:
   /// @brief Other master facets, where they are and where they were.
   void set_master(Surface master);
 
+  /// @brief Another law than that of the input, before the first step: where
+  /// it holds, and whether the multiplier is of dual functions. What is sent
+  /// for a step is to be sent anew.
+  void set_law(Condition condition, bool dual);
+
   /// @brief Present displacement of the slave's and the master's dofs,
   /// (dofs, gdim).
   /// @return Whether anything has moved
@@ -122,7 +127,7 @@ public:
   void cast();
 
   /// @brief What this zone's facets give to the nodes at which the law holds.
-  [[nodiscard]] NodeSums own_node_sums() const;
+  [[nodiscard]] NodeSums own_node_sums();
   /// @brief The same of all zones and ranks, which the law takes.
   void set_node_sums(NodeSums sums);
   void set_node_bounds(std::vector<PointBound> bounds)
@@ -148,6 +153,7 @@ public:
 
 private:
   const Assembler* add_law(const InterfaceInput& input);
+  const Assembler* add_contact(bool dual);
   void add_smoothing();
   void forget_what_hangs_on_past();
 

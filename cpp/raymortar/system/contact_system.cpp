@@ -188,7 +188,7 @@ void ContactSystem::sum_nodes(std::size_t contact) const
     together(_comm,
              [&]
              {
-               const NodeSums own = zone.zone->interface().own_node_sums();
+               const NodeSums own = zone.zone->own_node_sums();
                add_rows(own.values(), zone.nodes, width, sums.values());
              });
   }

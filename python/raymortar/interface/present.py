@@ -67,7 +67,6 @@ class PresentState:
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
         self._cover: Cover | None = None
-        self._has_law_at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
         if self._multiplier is not None and not self._has_law_at_nodes:
             self._cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
@@ -102,6 +101,10 @@ class PresentState:
     def follow(self, follower: Follower) -> None:
         """Let an object follow the steps."""
         self._followers[len(self._followers) and max(self._followers) + 1] = follower
+
+    @property
+    def _has_law_at_nodes(self) -> bool:
+        return any(zone.has_law_at_nodes for zone in self._zones)
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -191,7 +194,7 @@ class PresentState:
             return
         if self._point_friction is not None:
             self._point_friction.send(self._dt)
-        if self._cover is not None and not self._cover.alone:
+        if not (self._cover is None or self._cover.alone or self._has_law_at_nodes):
             self._cover.share()
         if is_accepted:
             self._note_opposite()

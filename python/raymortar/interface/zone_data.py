@@ -199,17 +199,27 @@ class ZoneData:
         points = self.points()
         if self.dual_multiplier is None:
             return points
-        surface, degree = self.facets.slave_surface, self.multiplier_degree
         hit = points["status"] > 0  # of `Status`: its ray meets a master
-        values = self.dual_multiplier.x.array.reshape(-1, surface.gdim)
-        nodal = values[self.multiplier_table[points["slave"][hit]]]
-        if degree == 2:  # Bernstein polynomials, by their values at the nodes
-            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
-        t = interpolate(surface.shape, degree, nodal, points["xi"][hit])
+        values = self.dual_multiplier.x.array.reshape(
+            -1, self.facets.slave_surface.gdim
+        )
+        t = self.between_nodes(values[self.multiplier_nodes], points, hit)
         points["dual"] = points["traction"].copy()
         points["traction"][hit] = t
         points["pressure"][hit] = -dot(t, points["contact_normal"][hit])
         return points
+
+    def between_nodes(self, values: Array, points: dict[str, Array], of: Mask) -> Array:
+        """Values at some points of those of a law's nodes, (nodes, n), by the test
+        functions of gaps at nodes [theory (4.35)]."""
+        places = np.searchsorted(self.multiplier_nodes, self.multiplier_table)
+        nodal = values[places[points["slave"][of]]]
+        shape, degree = self.facets.slave_surface.shape, self.multiplier_degree
+        if (
+            shape == "interval" and degree == 2
+        ):  # Bernstein polynomials, by their values
+            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
+        return np.asarray(interpolate(shape, degree, nodal, points["xi"][of]))
 
     def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:
         """Values at points of nodal values on the slave facets; 0 for None."""

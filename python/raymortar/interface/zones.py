@@ -122,7 +122,7 @@ def create_zone(
         multipliers=multipliers,
         dual_multiplier=options.method.is_dual,
         method=options.method.cpp,
-        condition=getattr(_cpp.Condition, options.method.condition),
+        condition=getattr(_cpp.Condition, options.method.condition or "points"),
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
         frame=getattr(_cpp.LawFrame, options.frame),

@@ -254,18 +254,11 @@ class ContactResults(Results):
         return found if multiplier is None else [multiplier, *found]
 
     def friction_work(self) -> float:
-        """Work that friction takes in this step, before `advance`. Collective.
-
-        The integral of tractions times the slip, with a penalty the slip beyond the cone:
-        force times length, per thickness in 2D, or of a full turn. With a penalty it is 0 in stick, and
-        the heat of friction. The tractions at the end of the step count.
-        What the springs of an elastic penalty hold is no part of it, but
-        ``stored_energy("tangential")``.
-        """
+        """See `Contact.friction_work`. Collective."""
         if self.friction is None:
             return 0.0
         self._present.require_results()
-        return friction_work(self.zones)
+        return friction_work(self.zones, self.surfaces.multiplier)
 
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.

@@ -9,6 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.fem import Function
 
 from ..compat import Array, Indices, Mask
 from ..discretization.facets import dot
@@ -22,6 +23,7 @@ from ..interface.point_results import (
     largest_pressure,
     pressures,
     traction_part,
+    tractions,
 )
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
@@ -295,9 +297,23 @@ def added(parts: Sequence[Resultant]) -> Resultant:
     )
 
 
-def friction_work(zones: Sequence[ZoneData]) -> float:
-    """Integrate what friction takes in the step, theory (7.2). Collective."""
-    return _integral(zones, lambda p: p["dissipated"])
+def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> float:
+    """Integrate what friction takes in the step, theory (7.2): at points, or at nodes
+    where the law holds there, with the weights of the means that it takes. Collective.
+    """
+    mine = sum(_friction_work(zone, multiplier) for zone in zones)
+    return float(zones[0].comm.allreduce(mine))
+
+
+def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
+    """The share of a zone on this rank."""
+    points = zone.points()
+    if multiplier is None or not zone.has_law_at_nodes:
+        return float(points["weight"] @ points["dissipated"])
+    at = tractions(zone, multiplier)
+    hit = points["status"] >= OPEN
+    works = zone.between_nodes(-dot(at["traction"], at["slip"])[:, None], points, hit)
+    return float(points["weight"][hit] @ works[:, 0])
 
 
 def slip_work(zones: Sequence[ZoneData]) -> float:
