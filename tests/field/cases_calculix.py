@@ -205,12 +205,14 @@ def regularised_friction(law):
     u = displacement(scene)
     V = u.function_space
     work, load = loaded(scene, u, "top")
+    F, J = mean_dilatation(scene, u, STEEL, 0.3)
     contact, problem = touching(
         scene,
         u,
-        mean_dilatation(scene, u, STEEL, 0.3) - work,
+        F - work,
         law_of(law),
         [fix(V, scene, "bottom"), *(fix(V, scene, "top", k) for k in (0, 1))],
+        J=J,
         friction=raymortar.Friction(
             lambda p, v, dt: np.minimum(0.2 * p, 47e3 * v * dt)
         ),
