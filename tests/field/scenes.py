@@ -102,6 +102,13 @@ def at(
     return values if len(values) > 1 else values[0]
 
 
+def half_width(contact: raymortar.Contact) -> float:
+    """Half width of a line contact about x = 0 by the second moment of Hertz's pressure."""
+    points = contact.points(0)
+    force = points["pressure"] * points["weight"]
+    return 2 * np.sqrt(force @ points["X"][:, 0] ** 2 / force.sum())
+
+
 def held_at(V: Any, point: Any, component: int, value: Any = 0.0) -> Any:
     """Dirichlet condition of one component at the node at a point."""
     part_of, _ = V.sub(component).collapse()
