@@ -7,7 +7,7 @@ import numpy as np
 import ufl
 from dolfinx import fem
 from materials import lame
-from press_fits import SHAFT, mean_pressure, scene_of as quarters
+from press_fits import SHAFT, scene_of as quarters
 from press_fits import pressure as pressure_of_lame
 from problems import build, cellwise, fix, residual
 from registry import Figure, Outcome, case
@@ -40,11 +40,11 @@ LAME = pressure_of_lame(GROWTH * SHAFT, *PLANE, *[NU / (1 - NU)] * 2)
 def particle(law, change):
     """A particle in a matrix, held by nothing but contact, after a change of its
     temperature."""
-    scene = quarters(10, 14)
+    scene = quarters(16, 22)
     u, heat = displacement(scene, 2), fem.Constant(scene.mesh, 0.0)
     V = u.function_space
-    F, _, _ = residual(scene, u, E={"lower": PARTICLE, "upper": MATRIX}, nu=NU)
-    stress = cellwise(scene, {"lower": PARTICLE / (1 - 2 * NU), "upper": 0.0})
+    F, _, _ = residual(scene, u, E={"shaft": PARTICLE, "hub": MATRIX}, nu=NU)
+    stress = cellwise(scene, {"shaft": PARTICLE / (1 - 2 * NU), "hub": 0.0})
     F -= stress * EXPANSION * heat * ufl.div(ufl.TestFunction(V)) * ufl.dx
     bcs = [fix(V, scene, "bottom", 1), fix(V, scene, "left", 0)]
     contact, problem = touching(scene, u, F, law_of(law), bcs)
@@ -59,7 +59,7 @@ def particle(law, change):
 WARM = HEAT | dict(
     scene="a particle of degree 2 heated by 300 K in a softer matrix",
     figures=[
-        Figure("mean pressure by Lame, Pa", LAME, 2e-4),
+        Figure("mean pressure by Lame, Pa", LAME, 1e-3),
         Figure("largest deviation of it", 0.0, 0.02, scale=LAME),
     ],
 )
@@ -76,7 +76,11 @@ COLD = HEAT | dict(
 @case(**WARM, law="dual")
 def heated_particle(law):
     _, _, contact, iterations = particle(law, HOTTER)
-    return Outcome(mean_pressure(contact), iterations)
+    points = contact.points(0)
+    closed = points["status"] == raymortar.Status.SLIP
+    pressure, weight = points["pressure"][closed], points["weight"][closed]
+    mean = weight @ pressure / weight.sum()
+    return Outcome([mean, np.abs(pressure - mean).max()], iterations)
 
 
 @case(**COLD, law="points")
@@ -101,13 +105,15 @@ SHARED = dict(
 def shared_node(law):
     scene = scene_of(
         "quadrilateral",
-        left=part((3, 2), (0, 0), (1, 1), {"bottom": "bottom", "top": "master", "left": "side"}),
-        right=part((2, 2), (1.01, 0), (2, 1), {"bottom": "bottom", "top": "other master"}),
+        lower=[
+            part((3, 2), (0, 0), (1, 1), {"bottom": "bottom", "top": "master"}),
+            part((2, 2), (1, 0), (2, 1), {"bottom": "bottom", "top": "other master"}),
+        ],
         upper=[
-            part((4, 3), (0, 1), (1, 2), {"bottom": "slave", "top": "top", "left": "side"}),
+            part((4, 3), (0, 1), (1, 2), {"bottom": "slave", "top": "top"}),
             part((3, 3), (1, 1), (2, 2), {"bottom": "other slave", "top": "top"}),
         ],
-    )  # fmt: skip
+    )
     u, down = displacement(scene), fem.Constant(scene.mesh, 0.0)
     V = u.function_space
     F, _, _ = residual(scene, u, E=20.0, nu=0.0)
@@ -125,7 +131,6 @@ def shared_node(law):
         down.value = -0.02 * factor
 
     iterations = follow(problem, apply)
-    # The lower bodies leave a hundredth between them
     found = np.concatenate([contact.points(k)["pressure"] for k in (0, 1)])
     return Outcome([found.min(), found.max()], iterations)
 
@@ -212,7 +217,7 @@ def masonry_arch(law):
         "quadrilateral",
         **{
             name: part(
-                (3, 6), (ends[k], low), (ends[k + 1], high), sides, mapping=polar
+                (2, 4), (ends[k], low), (ends[k + 1], high), sides, mapping=polar
             )
             for k, (name, sides) in enumerate(names.items())
         },
@@ -256,7 +261,7 @@ CRACK = dict(
 def closed_crack(law):
     half, side, E, nu, mu, angle = 1.0, 12.0, 1000.0, 0.25, 0.2, np.pi / 6
     fine = np.linspace(0, 1, 25)
-    coarse = (1.25 ** np.arange(13) - 1) / (1.25**12 - 1)
+    coarse = (1.4 ** np.arange(13) - 1) / (1.4**12 - 1)
 
     def row(y, sides):
         spans = [(-side, -half), (-half, half), (half, side)]
@@ -281,7 +286,7 @@ def closed_crack(law):
         below=row((-side, 0.0), ("tied master", "master", "tied master")),
         above=row((0.0, side), ("tied slave", "slave", "tied slave")),
     )
-    u = displacement(scene)
+    u = displacement(scene, 2)
     V = u.function_space
     F, _, load = residual(scene, u, "linear", E, nu, ["far"])
     direction = np.array([np.sin(angle), np.cos(angle)])
@@ -320,7 +325,7 @@ DROP = dict(
     scene="a bar of 10 falls at 10 on a plane, wave speed 30, trapezoidal rule",
     figures=[
         Figure("contact pressure", 300.0, 1e-3),
-        Figure("ripple of it", 0.0, 2e-3, scale=300.0),
+        Figure("ripple of it", 0.0, 0.01, scale=300.0),
         Figure("impulse", 200.0, 0.02),
         Figure("energy at the end", 1.0, 2e-3),
     ],
@@ -333,7 +338,7 @@ def dropped_bar(_):
     found = moving.dropped(raymortar.dynamics.Newmark(), "nearest")
     force = found.force / found.scene.area
     # Between arrival and the return of the wave
-    pressed = force[(found.time > 0.55) & (found.time < 0.5 + 0.6)]
+    pressed = force[(found.time > 0.6) & (found.time < 1.1)]
     values = [
         pressed.mean(),
         pressed.std(),
