@@ -146,9 +146,9 @@ ENDS = 1e-3 * np.array(
     "heat through contact, ten given increments, conductance 1 of the whole face",
     [
         Figure("lower temperature after 3.3 ms", 164.2856, 2e-5),
-        Figure("upper", 177.9858, 2e-5),
+        Figure("upper temperature then", 177.9858, 2e-5),
         Figure("lower temperature at the end", 164.3808, 1e-6),
-        Figure("upper", 178.0795, 1e-6),
+        Figure("upper temperature at the end", 178.0795, 1e-6),
     ],
     verdict="the reference counts three times the area: with the true one 160 and 200",
 )

@@ -130,7 +130,7 @@ def cylindrical_gap(law):
         Figure("inside", 0.0, 1e-9, scale=18.9944),
         Figure("force", 1.2972, 0.001),
         Figure("friction at a corner, along a side", 5.3729, 0.005),
-        Figure("on an edge, along it", 0.88567, 0.01),
+        Figure("friction on an edge, along it", 0.88567, 0.01),
         Figure("across it", 2.62542, 0.005),
     ],
     law="dual",
@@ -257,11 +257,13 @@ def bouncing(inside, ends, dragged):
     pressed = 0.4 * PRESSURES
     return [
         Figure("pressure at the rear corner", PRESSURES[0], ends),
-        Figure("in the middle", PRESSURES[5], inside),
-        Figure("at the front corner", PRESSURES[10], ends),
+        Figure("pressure in the middle", PRESSURES[5], inside),
+        Figure("pressure at the front corner", PRESSURES[10], ends),
         Figure("friction at the rear corner", FRICTIONS[0], dragged, scale=pressed[0]),
-        Figure("in the middle", FRICTIONS[5], dragged, scale=pressed[5]),
-        Figure("at the front corner", FRICTIONS[10], dragged, scale=pressed[10]),
+        Figure("friction in the middle", FRICTIONS[5], dragged, scale=pressed[5]),
+        Figure(
+            "friction at the front corner", FRICTIONS[10], dragged, scale=pressed[10]
+        ),
         Figure("largest deviation of 11 pressures", 0.0, ends, scale=1.0),
         Figure("of 11 frictions, over mu p", 0.0, dragged, scale=1.0),
         Figure("force", SHARES @ PRESSURES, 1e-3),

@@ -102,6 +102,8 @@ def case(
         name = f"{solve.__name__}-{law}" if law else solve.__name__
         if name in CASES:
             raise ValueError(f"there are two cases {name}")
+        if len({figure.quantity for figure in figures}) < len(figures):
+            raise ValueError(f"two figures of {name} have one name")
 
         def run() -> Outcome:
             return solve(law) if law else solve()
