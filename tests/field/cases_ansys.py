@@ -99,7 +99,7 @@ def sheared_cylinders(law):
 
 BALL = dict(
     code="Ansys",
-    source="Cornell's tutorial (confluence.cornell.edu/x/V4g9Dg), as VM63",
+    source="Cornell's tutorial, confluence.cornell.edu/x/V4g9Dg, Hertz's formula",
     scene="a ball of 8 mm, E 1000, on a rigid plane, 60 pi N, axisymmetric",
     figures=[
         Figure("radius of the contact, mm", 1.010, 0.01),
