@@ -7,7 +7,7 @@ from . import dynamics, io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
-from .diagnose.outcome import require_convergence
+from .diagnose.outcome import check, require_convergence
 from .errors import (
     ContactError,
     ContactLost,
@@ -16,6 +16,7 @@ from .errors import (
     SetUpError,
 )
 from .field_problem import FieldProblem
+from .finding import Finding
 from .flux import Flux, FluxRates
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
@@ -40,7 +41,7 @@ from .tie import FieldTie, Tie
 from .wear import Archard, Wear
 
 # What the package adds to its core
-hooks.judge, hooks.describe = require_convergence, describe
+hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
 hooks.on_setup.append(warn_of_overlaps)
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 
@@ -61,6 +62,7 @@ __all__ = [
     "DisplacementControl",
     "FieldProblem",
     "FieldTie",
+    "Finding",
     "FixedPointSolver",
     "Flux",
     "FluxRates",

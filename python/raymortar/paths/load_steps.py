@@ -268,7 +268,7 @@ class LoadSteps:
             self._reached()
             problem.evaluate()
             masters.look()
-            doubts.warn()
+            found = doubts.look()
             balance = ways.balance
             released = None if balance is None else balance.released
             if balance is not None and balance.has_snapped and not snapped:
@@ -301,6 +301,7 @@ class LoadSteps:
                 count,
                 released,
                 *effort.taken(),
+                found,
             )
         ways.finish()
         masters.warn()
