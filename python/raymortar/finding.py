@@ -31,6 +31,11 @@ class Finding:
     is_wrong
         Whether a figure may be off by more than 10 %, or the scene is not what was
         meant. A solve warns of such a finding, and of no other.
+    about
+        The same for the same doubt about another state of the same problem.
+    force
+        Normal force that the doubt is about, where that about the largest one of a path
+        is told; else None.
     """
 
     pair: str
@@ -39,9 +44,7 @@ class Finding:
     remedy: str
     size: float
     is_wrong: bool = True
-    # The same for the same doubt about another state
     about: tuple[Any, ...] = field(default=(), repr=False, compare=False)
-    # Force by which the doubt counts: that about the largest one of a path is told
     force: float | None = field(default=None, repr=False, compare=False)
 
     def __str__(self) -> str:

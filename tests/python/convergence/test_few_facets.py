@@ -132,7 +132,7 @@ def test_first_touches_of_a_path_are_not_told():
     scene, apply = indented("quadrilateral", 24, depth=0.04)
     assert told(scene.problem, apply, 16) == []
     scene, apply = indented("quadrilateral", 24, depth=0.002)
-    assert len(told(scene.problem, apply, 1)) == 1
+    assert len(on_path(scene.problem, apply, 1)[0]) == 1
 
 
 @pytest.mark.parametrize(
