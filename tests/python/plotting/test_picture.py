@@ -15,10 +15,9 @@ from sheared_blocks import Blocks, limit_of
 from squeezing import squeeze
 
 import raymortar
-from raymortar.plotting import drawing
-from raymortar.plotting.pieces import pieces_of_one_size
 from raymortar import ContactError, Coulomb, compat
 from raymortar.plotting import drawing, rendering
+from raymortar.plotting.pieces import pieces_of_one_size
 
 pytest.importorskip("matplotlib")
 
