@@ -73,7 +73,7 @@ def test_all_cells_and_the_pressure_of_all_ranks_are_drawn(
         assert len(right.lines) == 1
     else:
         assert faces == [whole]
-        opaque = left.collections[0].get_facecolor()[:, 3] == 1.0
+        opaque = np.array(left.collections[0].get_facecolor())[:, 3] == 1.0
         assert opaque.sum() > 3 * whole
         values = right.collections[0].get_array()
         np.testing.assert_allclose(values, pressure, rtol=1e-6)
