@@ -8,7 +8,7 @@ from typing import Any
 from .errors import format_point
 
 # Where every doubt is explained
-PAGE = "docs/failures.md#warnings-and-their-remedies"
+PAGE = "docs/messages/warnings.md"
 
 
 @dataclass(frozen=True)

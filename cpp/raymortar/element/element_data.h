@@ -43,6 +43,9 @@ struct FrictionData<F, true>
   typename F::NodeMatrix master_old;
   Mat<F::gdim, F::dofs> traction_old; ///< nodal, see ContactState
   bool has_springs = true;            ///< false: traction_old is zero
+  /// Nodal, what the law has in place of the multiplier's unfelt part, less it
+  Mat<F::gdim, F::dofs> kept;
+  bool has_kept = false; ///< false: kept is zero
   FrictionLaw friction;
   bool has_coefficient = false; ///< a field in place of the law's number
   Vec<F::dofs> coefficient;     ///< its nodal values

@@ -30,6 +30,8 @@ struct TaylorData
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<F, true> history;
+  /// Unfelt parts of the multiplier at its nodes, if anything is kept
+  std::array<Mat<D, D>, 4> unfelt;
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
   TwoFrames<D> master_frames; ///< those of the point that is hit
   Spin<D> spin;
@@ -41,6 +43,7 @@ struct TaylorData
          {&slave, &master, &reference, &history.slave_old, &history.master_old})
       nodes->setZero();
     history.traction_old.setZero();
+    history.kept.setZero();
     history.coefficient.setZero();
   }
 };

@@ -66,7 +66,8 @@ class FewFacets:
         work = _work_of_bodies(problem, self._zone)
         if not self._left > SHARE * work > 0.0:
             return
-        middles, most = undeformed_middles(self._zone), (0.0, ())
+        middles = undeformed_middles(self._zone)
+        most: tuple[float, tuple[float, ...]] = (0.0, ())
         if self._carried.any():
             k = int(np.argmax(self._carried))
             most = float(self._carried[k]), placed(middles[k], middles)

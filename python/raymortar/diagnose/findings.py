@@ -71,33 +71,35 @@ def findings(
     contact = problem.contact
     yield from inverted_cells(contact)
     names = pair_names(contact)
-    depth, *found = _worst(contact, (_unseen(z, names[id(z)]) for z in contact.zones))
+    depth, pair, place, text = _worst(
+        contact, (_unseen(z, names[id(z)]) for z in contact.zones)
+    )
     if depth > 0.0:
         remedy = "Take smaller steps, or a larger depth in Search"
-        yield Finding(*found, remedy, depth, about=("unseen",))
-    share, *found = _worst(
+        yield Finding(pair, place, text, remedy, depth, about=("unseen",))
+    share, pair, place, text = _worst(
         contact, (_pressed(z, names[id(z)]) for z in _zones(contact))
     )
     if share > DEEP:
-        yield Finding(*found, REFINE, share, about=("deep",))
+        yield Finding(pair, place, text, REFINE, share, about=("deep",))
     for k, one in enumerate(contact.contacts):
         if one.tied is not None:
             continue
         if isinstance(one.method, Penalty):
-            share, *found = _worst(
+            share, pair, place, text = _worst(
                 contact, (_pressed(z, names[id(z)]) for z in one.zones)
             )
-            remedy = _stiffer(problem, one) if share > SOFT else None
-            if remedy is not None:
-                yield Finding(*found, remedy, share, about=("soft", k))
+            stiffer = _stiffer(problem, one) if share > SOFT else None
+            if stiffer is not None:
+                yield Finding(pair, place, text, stiffer, share, about=("soft", k))
         yield from _corner(one, k)
         for number, zone in enumerate(one.zones):
             points, scalar = zone.points(), contact.parts[k].surfaces.scalar
             at_points = one.multiplier is not None and not zone.has_law_at_nodes
-            angle, *found = jump(zone, points, scalar)
+            angle, place, text, remedy = jump(zone, points, scalar)
             if angle > 0.0:
                 pair, about = names[id(zone)], ("jump", id(zone))
-                yield Finding(pair, *found, angle, about=about)
+                yield Finding(pair, place, text, remedy, angle, about=about)
             yield from _straight(problem, zone, points, names[id(zone)], counts)
             if one.multiplier is None:
                 continue
@@ -125,8 +127,10 @@ def deepest_on_tools(contact: Interaction) -> tuple[float, str]:
     facet's size, and a sentence on it. Collective."""
     on_tools = [zone for zone in _zones(contact) if zone.facets.bodies]
     names = pair_names(contact) if on_tools else {}
-    share, *found = _worst(contact, (_pressed(z, names[id(z)]) for z in on_tools))
-    return share, str(Finding(*found, REFINE, share))
+    share, pair, place, text = _worst(
+        contact, (_pressed(z, names[id(z)]) for z in on_tools)
+    )
+    return share, str(Finding(pair, place, text, REFINE, share))
 
 
 def _worst(contact: Interaction, found: Iterable[Worst]) -> Worst:
@@ -206,7 +210,8 @@ def _tension(
     normal = contact.multiplier.x.array
     if contact.layout.components > 1:
         normal = -contact.pressure().x.array
-    own, mine = normal[nodes], (0.0, ())
+    own = normal[nodes]
+    mine: tuple[float, tuple[float, ...]] = (0.0, ())
     if own.max(initial=0.0) > 0.0:
         k = int(np.argmax(own))
         X = contact.surfaces.scalar.tabulate_dof_coordinates()
