@@ -52,7 +52,7 @@ STAND_INS = {
     "discretization.curving": {"Smooth": object, "curve": nothing},
     "interface.overlap": {"of_hit_masters": nothing},
     "interface.straight_facets": {
-        "warn_of_straight_facets": nothing,
+        "look_at_straight_facets": nothing,
         "warn_of_turned_arcs": nothing,
     },
     "results": {},
