@@ -28,6 +28,7 @@ from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
+from .sliding import sliding_bodies
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -111,6 +112,7 @@ def findings(
                 yield from _tension(problem, one, number, names[id(zone)])
     yield from _tilts(contact, names)
     yield from _turns(contact, names)
+    yield from sliding_bodies(problem)
 
 
 def pair_names(contact: Interaction) -> dict[int, str]:

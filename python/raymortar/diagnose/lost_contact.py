@@ -129,6 +129,18 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     return _sentences(problem, _grip(problem, translations, held), _moved)
 
 
+def free_axes(problem: CoupledProblem) -> Mask:
+    """Whether neither conditions nor springs hold a body along each axis, (d, bodies).
+    Collective."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
+    grip = _grip(problem, translations, problem.constrained)
+    axes = np.array([_free_motions(one, dim)[0] for one in np.moveaxis(grip, 2, 0)])
+    if not axes.any():
+        return np.asarray(axes.T)
+    return np.asarray(axes.T & ~_springs(problem))
+
+
 def far_on_springs(problem: CoupledProblem) -> list[str]:
     """Name bodies that have moved far on springs alone, not by their inertia. Collective."""
     if problem.inertia is not None:
