@@ -7,9 +7,6 @@ from typing import Any
 
 from .errors import format_point
 
-# Where every doubt is explained
-PAGE = "docs/messages/warnings.md"
-
 
 @dataclass(frozen=True)
 class Finding:
@@ -50,7 +47,7 @@ class Finding:
     def __str__(self) -> str:
         at = f" at {format_point(self.place)}" if self.place else ""
         about = f"{self.pair}{at}: " if self.pair or at else ""
-        return f"{about}{self.text}. {self.remedy} ({PAGE})"
+        return f"{about}{self.text}. {self.remedy}"
 
 
 def placed(point: Any, others: Any = (), digits: int = 6) -> tuple[float, ...]:

@@ -151,7 +151,7 @@ class NonlinearProblem(CoupledProblem):
             with own.options:
                 if PETSc.Options(own.options.prefix).getBool(ERROR, True):
                     raise
-            warn(str(failure))
+            warn(str(failure), page="")
         return self.u
 
     def check(self) -> list[Finding]:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 import warnings
+from pathlib import Path
 
+import dolfinx
+import dolfinx.mesh
 import numpy as np
 import pytest
 import ufl
@@ -21,10 +25,12 @@ from raymortar import (
     Penalty,
     SNESSolver,
     Tie,
+    compat,
     rigid,
 )
 from raymortar.tools import prescribe, vector_space
 
+ROOT = Path(__file__).parents[2]
 NAMES = {"lid": "slave", "bed": "master", "bottom": "bottom", "top": "top"}
 PAIR = ("lid", "bed")
 
@@ -130,6 +136,37 @@ def tied():
     NonlinearProblem(blocks.form, tie, blocks.bcs).solve()
 
 
+def given(*conditions, mode="solve", force=0.0, **options):
+    """Blocks with some of their conditions, and a force on both along y."""
+    blocks = Blocks()
+    if force:
+        blocks.form += ufl.inner(ufl.as_vector((0.0, force)), blocks.v) * ufl.dx
+    blocks.bcs = [blocks.bcs[k] for k in conditions]
+    getattr(blocks, mode)(**options)
+
+
+def inside_one_body():
+    """Blocks that share the nodes of their interface."""
+    mesh = dolfinx.mesh.create_rectangle(COMM, [[0.0, 0.0], [1.0, 2.0]], [4, 8])
+    found = [
+        find(mesh, 1, lambda x, y=y: np.isclose(x[1], y))
+        for find, y in (
+            (dolfinx.mesh.locate_entities, 1.0),
+            (dolfinx.mesh.locate_entities_boundary, 2.0),
+        )
+    ]
+    facets, tags = np.concatenate(found), np.repeat([1, 2], [len(one) for one in found])
+    order = np.argsort(facets)
+    tagged = compat.meshtags(mesh, 1, facets[order], tags[order].astype(np.int32))
+    Contact(fem.Function(vector_space(mesh, 1)), tagged, [(1, 2)])
+
+
+def other_way_round():
+    """Forces asked for by the master."""
+    problem = Blocks().solve()
+    problem.contact.resultant("bed", "lid")
+
+
 RIGHT = {
     "one solve": lambda: Blocks().solve(),
     "steps": lambda: Blocks().path(-0.2),
@@ -160,11 +197,11 @@ WRONG = {
     "missing tag": (lambda: Blocks().solve(pairs=[(99, "bed")]), "99"),
     "another face": (
         lambda: Blocks().solve(-0.3, pairs=[("lid", "bottom")]),
-        "tag of the pair that of another face",
+        "tag that of another face",
     ),
     "another face on a path": (
         lambda: Blocks().path(-0.3, pairs=[("lid", "bottom")]),
-        "tag of the pair that of another face",
+        "tag that of another face",
     ),
     "far apart": (lambda: Blocks(gap=5.0).solve(), "another unit"),
     "floor far below": (lambda: flat((0.5, -50.0), (0.0, 1.0)), "another unit"),
@@ -226,7 +263,54 @@ WRONG = {
         lambda: Blocks().problem(method=Penalty()).check(),
         "solve",
     ),
+    "no condition and no load": (lambda: given(), "nothing holds it along x"),
+    "the upper block forgotten": (lambda: given(0), "nothing holds it along x"),
+    "a block on a frictionless one": (
+        lambda: given(0, force=0.1),
+        "Prescribe it there, or give friction",
+    ),
+    "a path of a block on a frictionless one": (
+        lambda: given(0, force=0.1, mode="path"),
+        "Prescribe it there, or give friction",
+    ),
+    "a form with the trial function": (
+        lambda: changed(form=lambda b: b.of(ufl.TrialFunction(b.V), "linear")),
+        "rank 2",
+    ),
+    "a displacement of degree 3": (
+        lambda: changed(u=lambda b: fem.Function(vector_space(b.mesh, 3))),
+        "supported are 1 and 2",
+    ),
+    "tags of cells": (
+        lambda: changed(tags=lambda b: b.scene.cell_tags),
+        "entities of dimension 2",
+    ),
+    "bodies that share nodes": (inside_one_body, "must not share nodes"),
+    "forces by the master": (other_way_round, "('lid', 'bed')"),
+    "displacement in place of contact": (
+        lambda: NonlinearProblem(Blocks().form, Blocks().u, []),
+        "must be a Contact",
+    ),
+    "nearly all of the height at once": (lambda: Blocks().solve(-1.7), "LoadSteps"),
+    "friction by another name": (lambda: Blocks().solve(mu=0.3), "'mu'"),
 }
+
+
+# A sentence has at most so many words besides names, numbers and places in brackets
+MOST_WORDS = 25
+PAGE = re.compile(r" \(docs/messages/([a-z]+)\.md\)$")
+
+
+def fault_of_form(text):
+    """What is wrong with the form of a warning, if anything."""
+    if "\n" in text:
+        return "has several lines"
+    page = PAGE.search(text)
+    if page is None or not (ROOT / f"docs/messages/{page[1]}.md").is_file():
+        return "has no page"
+    plain = re.sub(r"\([^()]*\)|'[^']*'", "", text[: page.start()])
+    count = len(re.findall(r"[A-Za-z_]{2,}", plain))
+    return f"has {count} words" if count > MOST_WORDS else None
 
 
 def told(program):
@@ -238,7 +322,11 @@ def told(program):
             error = []
         except Exception as failure:
             error = [f"{type(failure).__name__}: {failure}"]
-    texts = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
+    ours = [w for w in caught if issubclass(w.category, ContactWarning)]
+    texts = [str(w.message) for w in ours]
+    faults = {text: fault_of_form(text) for text in texts if fault_of_form(text)}
+    assert not faults and len(set(texts)) == len(texts), faults or texts
+    assert {w.filename for w in ours} <= {__file__}  # the user's own line
     return texts + error
 
 
@@ -254,4 +342,4 @@ def test_a_wrong_program_is_told_what_mends_it(name):
 
 
 def test_there_are_enough_programs():
-    assert len(RIGHT) >= 20 and len(WRONG) >= 30
+    assert len(RIGHT) >= 20 and len(WRONG) >= 40

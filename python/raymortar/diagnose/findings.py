@@ -304,15 +304,15 @@ def _tilts(contact: Interaction, names: dict[int, str]) -> Iterator[Finding]:
                 continue
             master = zone.facets.master_tags[k]
             # Tools have no facets to be a slave by
-            swap = "" if isinstance(master, Body) else ", or make that side the slave"
-            remedy = f"Give frame='master' where the master is flat or smooth{swap}"
+            swap = "" if isinstance(master, Body) else ", or swap sides"
+            remedy = f"Give frame='master' on smooth masters{swap}"
             if zone.facets.is_exchanged:  # the other side is prescribed and finer
                 remedy = "Give the sides in the other order, with frame='master'"
             yield Finding(
                 names[id(zone)],
                 (),
                 "slave facets on the master are tilted against it by "
-                f"{angle[k]:.2g} degrees, and turn the force by as much",
+                f"{angle[k]:.2g} degrees, and turn the force so",
                 remedy,
                 float(angle[k]),
                 is_wrong=bool(angle[k] > TILTED),

@@ -45,7 +45,7 @@ def inverted_cells(contact: Interaction) -> Iterator[Finding]:
             min(comm.allgather(worst))[1],
             f"{count} cell(s) are turned inside out, which linear elasticity does not "
             "resist",
-            "Check the unit of motions, or take a law for large strains and smaller steps",
+            "Check the unit of motions, or take a law for large strains",
             count,
             about=("inverted",),
         )

@@ -33,7 +33,10 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
     free = free_axes(problem)
     if not free.any():
         return
-    normals, names = _normals(contact, free.shape[1]), problem.convergence.groups.names()
+    normals, names = (
+        _normals(contact, free.shape[1]),
+        problem.convergence.groups.names(),
+    )
     for body in np.flatnonzero(free.any(axis=0)):
         total = float(np.trace(normals[body]))
         axes = np.flatnonzero(free[:, body])
@@ -54,7 +57,8 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
 
 def _normals(contact: Interaction, count: int) -> Array:
     """Sum the products of the normals at closed points with themselves by the bodies that
-    they hold, (bodies, d, d); friction and ties hold along the surface, too. Collective."""
+    they hold, (bodies, d, d); friction and ties hold along the surface, too. Collective.
+    """
     dim = contact.u.function_space.dofmap.index_map_bs
     sums = np.zeros((count, dim, dim))
     for one in contact.contacts:

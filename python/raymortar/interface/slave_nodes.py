@@ -185,10 +185,9 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
     places = [x for part in tie.comm.allgather(found) for x in part]
     if places:
         warn(
-            f"the slave surface of {tie.tags} turns by more than 60 degrees at "
-            f"{len(places)} node(s), for example at {format_point(places[0], places)}: one "
-            "multiplier there is not the traction of two faces. Give each face a tag, "
-            "and a Tie of its own",
+            f"the slave of {tie.tags} turns by more than 60 degrees at "
+            f"{len(places)} node(s), as at {format_point(places[0], places)}. Give each "
+            "face a tag, and a Tie of its own",
         )
 
 
@@ -293,14 +292,10 @@ def warn_of_finer_rigid_slaves(
         prescribed = rigid[k].prescribed if k in rigid else "prescribed"
         remedy = f"give the sides in the other order, {swapped}"
         if k in surfaces.exchanged:
-            remedy = (
-                f"contact is solved as by {swapped}, with points and fields on "
-                "the master, and with forces by the names given"
-            )
+            remedy = f"fields are on the master, as by {swapped}"
         warn(
             f"all of slave {slave} is {prescribed}, and its nodes are {ratio:.3g} times as "
-            "close as those of its master, which may not balance so many tractions: "
-            f"{remedy}",
+            f"close as those of its master: {remedy}",
         )
 
 

@@ -91,9 +91,8 @@ def look_at_straight_facets(surfaces: ContactSurfaces) -> None:
             zone.off_curve = most
         if most > ALLOWED * overlap:
             warn(
-                f"the straight facets of {zone.facets.spoken} or its "
-                f"{zone.facets.hit_role}s lie {most:.3e} off the curved surfaces, where "
-                f"the interference is {overlap:.3e}. {CURVED}"
+                f"straight facets of {zone.facets.spoken} lie {most:.3e} off the curved "
+                f"surfaces, with an interference of {overlap:.3e}. {CURVED}"
             )
 
 

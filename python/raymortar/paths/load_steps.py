@@ -275,10 +275,9 @@ class LoadSteps:
                 snapped = True
                 least, most = balance.released
                 text = (
-                    f"a snap was passed before load factor {path.factor:.6g}, by way of "
-                    f'"{ways.used}": it sets an energy from {least:.3g} to {most:.3g} '
-                    "free, and without inertia its end is one of several. Smaller steps "
-                    "narrow both; control= follows the path of equilibria"
+                    f"a snap was passed before load factor {path.factor:.6g}: it sets an "
+                    f"energy from {least:.3g} to {most:.3g} free, and its end is one of "
+                    "several. Take smaller steps, or control="
                 )
                 warn(text)
             if self.history is not None:
