@@ -28,6 +28,10 @@ class SetUpError(ContactError):
     """A fault of the set-up that no smaller step can cure."""
 
 
+class NotFinite(ContactError):
+    """Unknowns that are no numbers: of an iterate, a solve that did not converge."""
+
+
 class ConvergenceError(RuntimeError):
     """A nonlinear solve, or a path of load steps, that did not converge."""
 
@@ -84,7 +88,7 @@ def _show_nothing(*_: Any, **__: Any) -> None:
 
 
 # Types that are raised on all ranks as they are
-_OURS = (ContactError, SetUpError, ConvergenceError, ContactLost, BodyLeft)
+_OURS = (ContactError, SetUpError, NotFinite, ConvergenceError, ContactLost, BodyLeft)
 _SENT = (*_OURS, ValueError, TypeError, IndexError, MemoryError)
 
 

@@ -16,7 +16,7 @@ from .. import _cpp
 from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Field, Lacking, Unknowns
-from ..errors import ContactError, SetUpError, raise_everywhere
+from ..errors import ContactError, NotFinite, SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
@@ -174,7 +174,7 @@ class CoupledIterates:
             bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
             if bad and message is None:
                 message = f"the {name} has {bad} entries that are not finite"
-        raise_everywhere(self._comm, message)
+        raise_everywhere(self._comm, message, NotFinite)
 
     def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
         """Send the present state to the zones and pair them. Collective."""
