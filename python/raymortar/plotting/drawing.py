@@ -166,7 +166,8 @@ def draw_surface(
     axes.set_zlim(limits[2])
     axes.set_box_aspect(np.ptp(limits, axis=1))
     axes.view_init(elevation, azimuth)
-    axes.set_proj_type("persp", focal_length=0.4)
+    # Outlines that are moved to the eye stay where they are in the picture
+    axes.set_proj_type("ortho")
     axes.set_axis_off()
     return mpl.cm.ScalarMappable(scale, STRESS_MAP)
 
