@@ -9,10 +9,10 @@ import numpy as np
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..finding import Finding, placed
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, Status
-from ..interface.slave_nodes import are_inside_flats, distance_ratio
+from ..interface.slave_nodes import are_inside_flats
 from ..interface.stiffness import (
     NO_PRESSURE,
     mean_facet_size,
@@ -28,6 +28,7 @@ from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
+from .rigid_slaves import distance_ratio
 from .sliding import sliding_bodies
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
@@ -190,14 +191,14 @@ def _depth(
     zone: ZoneData, points: dict[str, Array], q: int
 ) -> tuple[tuple[float, ...], str]:
     """Say where a point is, and how deep in the master."""
-    text = f"a point is {-points['gap'][q]:.3e} deep in the {zone.facets.hit_role}"
+    text = f"a point is {-points['gap'][q]:.3e} deep in the master"
     return placed(points["x"][q], points["x"]), text
 
 
 def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     """Propose the automatic coefficient of a penalty that is softer. Collective."""
     now = automatic_gamma(problem, one)
-    is_soft = now is not None and SOFTER * one.gamma_scale < now
+    is_soft = now is not None and SOFTER * one.assembly.gamma_scale < now
     return compared(one, now) if now is not None and is_soft else None
 
 
@@ -210,7 +211,7 @@ def _tension(
     comm, nodes = contact.layout.comm, zone.multiplier_nodes
     assert contact.multiplier is not None
     normal = contact.multiplier.x.array
-    if contact.layout.components > 1:
+    if contact.assembly.layout.components > 1:
         normal = -contact.pressure().x.array
     own = normal[nodes]
     mine: tuple[float, tuple[float, ...]] = (0.0, ())
@@ -223,7 +224,7 @@ def _tension(
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
         return
-    modulus = contact.gamma_scale * mean_facet_size([zone])
+    modulus = contact.assembly.gamma_scale * mean_facet_size([zone])
     if pressure <= NO_PRESSURE * modulus:
         return
     if not zone.against_tension:
@@ -245,9 +246,8 @@ def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> 
     and not the softer. Collective."""
     surfaces, volume = contact.assembly.surfaces, contact.assembly.volume
     zone = contact.zones[number]
-    side = "master" if zone.facets.is_exchanged else "slave"
-    refined = f"Refine the {side} there if tractions count"
-    if zone.facets.bodies or zone.facets.is_exchanged or volume is None:
+    refined = "Refine the slave there if tractions count"
+    if zone.facets.bodies or volume is None:
         return refined
     closer = distance_ratio(zone, surfaces)
     stiffer = stiffness_ratios(volume, surfaces.interfaces, problem.bcs)[number].max()
@@ -306,8 +306,6 @@ def _tilts(contact: Interaction, names: dict[int, str]) -> Iterator[Finding]:
             # Tools have no facets to be a slave by
             swap = "" if isinstance(master, Body) else ", or swap sides"
             remedy = f"Give frame='master' on smooth masters{swap}"
-            if zone.facets.is_exchanged:  # the other side is prescribed and finer
-                remedy = "Give the sides in the other order, with frame='master'"
             yield Finding(
                 names[id(zone)],
                 (),

@@ -11,7 +11,7 @@ import numpy as np
 from ..compat import Array
 from ..discretization.surfaces import bodies_of_facets
 from ..finding import Finding
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.point_results import CLOSED
 from ..problem import CoupledProblem
 from .lost_contact import AXES, free_axes
@@ -71,7 +71,7 @@ def _normals(contact: Interaction, count: int) -> Array:
             if holds_all:
                 each = np.broadcast_to(np.eye(dim), each.shape)
             each = each * points["weight"][closed][:, None, None]
-            slaves = bodies_of_facets(contact.bodies, zone.facets.slave_surface)
+            slaves = bodies_of_facets(contact.system.bodies, zone.facets.slave_surface)
             slave = slaves[points["slave"][closed]]
             if zone.facets.bodies:
                 np.add.at(sums, slave, each)
