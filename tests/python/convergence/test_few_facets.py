@@ -91,7 +91,7 @@ def test_few_facets_are_found_with_number_and_place(cell, n, options):
     assert found.pair == "(1, 'ball')" and found.place
     assert "at least 4 lie across" in found.remedy
     assert found.is_wrong is (found.size > 0.1)
-    assert texts == ([str(found)] if found.is_wrong else [])
+    assert texts == [f"{found} (docs/messages/warnings.md)"] * found.is_wrong
     assert told(scene.problem, apply) == []  # said once
 
 
