@@ -10,7 +10,7 @@ from . import io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
-from .diagnose.outcome import require_convergence
+from .diagnose.outcome import check, require_convergence
 from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
 from .discretization.curving import curve
 from .errors import (
@@ -20,6 +20,7 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
+from .finding import Finding
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
@@ -52,7 +53,7 @@ if TYPE_CHECKING:
     from .wear import Archard, Wear
 
 # What the package adds to its core
-hooks.judge, hooks.describe = require_convergence, describe
+hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
 hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 hooks.results, hooks.free_bodies = results_of, FreeBodies
@@ -88,6 +89,7 @@ __all__ = [
     "DisplacementControl",
     "FieldProblem",
     "FieldTie",
+    "Finding",
     "FixedPointSolver",
     "Flux",
     "FluxRates",

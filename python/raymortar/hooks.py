@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .errors import ConvergenceError, raise_everywhere
+from .finding import Finding
 
 
 def describe_residuals(problem: Any) -> str:
@@ -34,6 +35,8 @@ class Hooks:
     judge
         Judges the end of a solve, given the problem, whether it has converged, and its
         end in words: raises an error where it has failed.
+    check
+        Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
     on_setup
@@ -58,6 +61,7 @@ class Hooks:
     """
 
     judge: Callable[[Any, bool, str], None] = require_convergence
+    check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None

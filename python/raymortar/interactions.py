@@ -138,9 +138,8 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
                 other = pair.master_name or pair.master
                 warn(
                     f"contact[{known[sides]}] and contact[{i}] both have multipliers "
-                    f"on {slave} and master {other}: only the sum "
-                    "of their tractions is determined, and the linear solver may fail; "
-                    "give the pair to one of them, or one of them a Penalty",
+                    f"on {slave} and master {other}: only their sum "
+                    "is determined. Give the pair to one of them, or one a Penalty",
                 )
             known[sides] = i
 

@@ -214,6 +214,7 @@ class Wear:
             warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
                 f"{self.largest:.3g}: take smaller steps",
+                page="fields",
             )
             self.largest = None
 
@@ -344,6 +345,7 @@ class Wear:
                 f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
                 "pressures alternate from step to step: take smaller steps, or "
                 "Wear(..., implicit=True)",
+                page="fields",
             )
 
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:

@@ -24,7 +24,7 @@ STAND_INS = {
     "compat.files": {},
     "compat.gmsh": {},
     "interface.straight_facets": {
-        "warn_of_straight_facets": nothing,
+        "look_at_straight_facets": nothing,
         "warn_of_turned_arcs": nothing,
     },
 }

@@ -42,7 +42,7 @@ AT_REST = 1e-9
 # Cosine between normals of slave and master above which they do not face each other
 FACING = -0.1
 # Times that a message is about
-ON_PATH, SO_FAR = "on the whole path", "so far"
+ON_PATH, SO_FAR = "on this path", "so far"
 # Most of the equally near nodes whose ways are looked at; relative error of a place
 WAYS, ROUNDING = 50, 1e-9
 
@@ -271,14 +271,13 @@ def _box(zone: ZoneData) -> Array:
 def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     """Tell where a slave is that has met none of its masters."""
     masters = " or ".join(zone.facets.spoken_masters)
-    behind, other = "", "a place, a size or a motion in another unit than the mesh"
+    side, other = "away", "a length in another unit"
     if found.is_behind:
-        behind = "behind it, "
-        other = "has a step gone through the master"
+        side, other = "behind", "has a step gone through"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
-        f"{behind}{found.distance:.2g} away, at {format_point(found.place)}. Is a tag of "
-        f"the pair that of another face, or {other}?"
+        f"{found.distance:.2g} {side}, at {format_point(found.place)}. Is a tag that of "
+        f"another face, or {other}?"
     )
 
 
@@ -297,7 +296,6 @@ def _text(zone: ZoneData, body: Target, box: Array, when: str) -> str:
     places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]
     return (
         f"the rigid {body.name} has met no facet of {zone.facets.spoken} "
-        f"{when}: its centre is at {places[0]}, and the undeformed slave "
-        f"between {places[1]} and {places[2]}. Is its place, its size or its motion "
-        "in another unit than the mesh?"
+        f"{when}: its centre is at {places[0]}, the slave between {places[1]} "
+        f"and {places[2]}. Is a length in another unit?"
     )

@@ -295,8 +295,7 @@ def check_revolved(bodies: Sequence[Target]) -> None:
             warn(
                 f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
                 f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
-                "no ball, but a solid with a tip or a dimple on the axis. A ball has "
-                "its centre at r = 0",
+                "no ball. A ball has its centre at r = 0",
             )
 
 

@@ -29,7 +29,7 @@ from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
-from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
+from .straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .unfelt import UnfeltParts
 from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
@@ -199,7 +199,7 @@ class PresentState:
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
-                warn_of_straight_facets(self._surfaces)
+                look_at_straight_facets(self._surfaces)
 
     def pair_tie(self, partial: bool) -> None:
         """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if

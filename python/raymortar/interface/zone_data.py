@@ -140,8 +140,9 @@ class ZoneData:
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
-    is_pulled: bool = False  # warned of, see `diagnose.findings`
-    depends_on_gamma: bool = False  # warned of, see `diagnose.few_facets`
+    against_tension: str = ""  # remedy, once one is found, see `diagnose.findings`
+    # How far straight facets lie off curved surfaces, where that is much of the first gap
+    off_curve: float = 0.0
     # Force on each slave facet at the last state that `diagnose.narrow` has seen
     carried: Array | None = None
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with

@@ -234,6 +234,7 @@ class Results:
             warn(
                 "nothing has been solved yet: contact forces are those of the start, "
                 "zero but for a penalty's in overlaps",
+                page="use",
             )
 
     def write_segments(self, path: str | Path) -> None:

@@ -302,14 +302,13 @@ class ContactAssembly:
         least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
         text = (
             f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
-            f"bodies over the area of their facets, a traction per length of "
-            f"{stiffness:.3g} here: leave gamma out"
+            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
         )
         if not least < ratio < FROM_STIFFNESS:
             raise ContactError(text)
         is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
         if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it")
+            warn(f"{text}, as Newton's method may fail with it", page="contact")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""
