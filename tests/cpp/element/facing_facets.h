@@ -113,8 +113,9 @@ struct FacingFacets
       xi.template head<F::tdim>() = 0.8 * random_inside<F>(random);
       points.push_back({xi, 0.1 + 0.05 * q, 0.12 + 0.03 * q});
     }
-    start.offset.setConstant(random() % 2 == 0 ? 0.01 : 0.0);
-    start.couples_over_gaps = random() % 2 == 0;
+    const auto drawn = random();
+    start.offset.setConstant(drawn % 2 == 0 ? 0.01 : 0.0);
+    start.couples_over_gaps = drawn / 2 % 2 == 0;
   }
 
   static void spin(typename F::NodeMatrix& nodes, double angle, double stretch)
