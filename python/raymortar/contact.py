@@ -355,9 +355,9 @@ class Contact(Interaction):
 
         The integral of tractions times the slip, with a penalty the slip beyond the cone:
         force times length, per thickness in 2D, or of a full turn. The tractions at the
-        end of the step count; of a law at nodes those of the nodes times their mean slips,
-        which is never negative. With a penalty it is 0 in stick: what its springs hold is
-        ``stored_energy("tangential")``.
+        end of the step count; of dual multipliers those of the nodes times their mean
+        slips, which is never negative. With a penalty it is 0 in stick: what its springs
+        hold is ``stored_energy("tangential")``.
         """
         return float(self.results.friction_work())
 

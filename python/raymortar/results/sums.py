@@ -308,7 +308,7 @@ def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> flo
 def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
     """The share of a zone on this rank."""
     points = zone.points()
-    if multiplier is None or not zone.has_law_at_nodes:
+    if multiplier is None or zone.dual_multiplier is None:
         return float(points["weight"] @ points["dissipated"])
     at = tractions(zone, multiplier)
     hit = points["status"] >= OPEN

@@ -62,7 +62,8 @@ def condition_of(contact):
 
 @pytest.mark.parametrize("friction", [None, Coulomb(0.3)], ids=["none", "friction"])
 @pytest.mark.parametrize("cell", ["triangle", "quadrilateral", "tetrahedron"])
-def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog):
+def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog, monkeypatch):
+    monkeypatch.setattr(logging.root.manager, "disable", 0)  # by demos of this process
     with caplog.at_level(logging.INFO, logger="raymortar"):
         scene, chosen = blocks(cell, 1, OPEN, friction=friction)
     assert condition_of(chosen) == ("nodes", "dual")
