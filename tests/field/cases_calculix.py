@@ -8,7 +8,7 @@ from dolfinx import fem
 from fluxes import conduction, field_space, prescribe
 from problems import build, fix, residual
 from registry import Figure, Outcome, case
-from scenes import (
+from field_scenes import (
     at,
     displacement,
     follow,

@@ -12,7 +12,7 @@ from materials import lame
 from problems import COMM, build, cellwise, fix
 from registry import Figure, Outcome, case
 from revolution import residual as residual_of_revolution
-from scenes import (
+from field_scenes import (
     at,
     displacement,
     follow,

@@ -9,7 +9,7 @@ import ufl
 from dolfinx import fem
 from problems import build, fix
 from registry import Figure, Outcome, case
-from scenes import (
+from field_scenes import (
     at,
     displacement,
     follow,

@@ -7,7 +7,7 @@ import ufl
 from dolfinx import fem
 from problems import build, fix, symmetry
 from registry import Figure, Outcome, case
-from scenes import at, displacement, follow, law_of, part, scene_of
+from field_scenes import at, displacement, follow, law_of, part, scene_of
 
 import raymortar
 

@@ -10,7 +10,7 @@ from materials import MATERIALS, lame
 from problems import cellwise, fix
 from registry import Figure, Outcome, case
 from revolution import gradient
-from scenes import (
+from field_scenes import (
     at,
     displacement,
     follow,

@@ -11,7 +11,7 @@ from press_fits import SHAFT, scene_of as quarters
 from press_fits import pressure as pressure_of_lame
 from problems import build, cellwise, fix, residual
 from registry import Figure, Outcome, case
-from scenes import (
+from field_scenes import (
     at,
     displacement,
     follow,
