@@ -25,6 +25,7 @@ from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
 from .interface.point_results import Status
+from .interface.straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -55,6 +56,8 @@ if TYPE_CHECKING:
 # What the package adds to its core
 hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
 hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
+hooks.on_first_pairs.append(look_at_straight_facets)
+hooks.on_accept.append(warn_of_turned_arcs)
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 hooks.results, hooks.free_bodies = results_of, FreeBodies
 hooks.as_target, hooks.curve = as_body, curve

@@ -41,6 +41,11 @@ class Hooks:
         Message on a problem whose solve has failed.
     on_setup
         Called with a problem whose first matrix is made, before the first solve.
+    on_first_pairs
+        Called with the surfaces of a contact that are paired for the first time.
+    on_accept
+        Called with the surfaces of a contact with curved facets whose step is accepted,
+        until one returns True.
     keeper
         Makes the keeper of a volume's constant tangent, from the contact, its `Forms`, the
         pattern and the residual in UFL, which returns None where the tangent is not
@@ -64,6 +69,8 @@ class Hooks:
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
+    on_first_pairs: list[Callable[[Any], None]] = field(default_factory=list)
+    on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
     as_target: Callable[[Any], Any] | None = None

@@ -23,10 +23,6 @@ STAND_INS = {
     "compat.at_points": {},
     "compat.files": {},
     "compat.gmsh": {},
-    "interface.straight_facets": {
-        "look_at_straight_facets": nothing,
-        "warn_of_turned_arcs": nothing,
-    },
 }
 
 

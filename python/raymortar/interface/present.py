@@ -20,6 +20,7 @@ from ..errors import (
     require_agreement,
     together,
 )
+from ..hooks import hooks
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..target import Target, require_same_loads
@@ -29,7 +30,6 @@ from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
-from .straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .unfelt import UnfeltParts
 from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
@@ -199,7 +199,8 @@ class PresentState:
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
-                look_at_straight_facets(self._surfaces)
+                for look in hooks.on_first_pairs:
+                    look(self._surfaces)
 
     def pair_tie(self, partial: bool) -> None:
         """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
@@ -241,7 +242,8 @@ class PresentState:
         if self.updates:
             self._note_opposite()
         if self._watches_arcs:
-            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
+            told = [look(self._surfaces) for look in hooks.on_accept]
+            self._watches_arcs = not any(told)
 
     def augment(self) -> float | None:
         """Change gaps by what a solve has found, for the next one. Collective.
