@@ -191,7 +191,8 @@ class ContactResults(Results):
         Examples
         --------
         >>> points = contact.points()
-        >>> shear = np.linalg.norm(points["traction"], axis=1) - points["pressure"]
+        >>> n, t = points["normal"], points["traction"]
+        >>> shear = np.linalg.norm(t - np.sum(n * t, axis=1)[:, None] * n, axis=1)
         >>> contact.results.to_nodes(shear, "shear")
         """
         each = [values] if isinstance(values, np.ndarray) else values
