@@ -133,6 +133,23 @@ def test_a_held_body_keeps_its_force(law, dim, degree, units):
     assert max(ratios) - min(ratios) <= (1e-9 if law == "penalty" else 1e-6)
 
 
+def test_points_of_turned_slivers_keep_their_tractions():
+    """Of negative weight, in partial slip on facets of degree 2 in space."""
+    slider = Slider(lambda k: Penalty(40.0 * k), 0.3, dim=3, degree=2, cells=(5, 4))
+    solver = slider.problem().snes_solver
+
+    def slide(t):
+        slider.move(0.04 * max(0.0, 2.0 * t - 1.0), 0.06 * min(1.0, 2.0 * t))
+
+    LoadSteps(solver, slide, steps=4).run()
+    before = slider.contact.points()
+    before = {name: before[name].copy() for name in ("weight", "traction", "status")}
+    assert (before["weight"][before["status"] >= 2] < 0.0).any()
+    after = slider.tractions()
+    t = before["traction"] * before["weight"][:, None]
+    assert worst(after - t) <= 1e-10 * worst(t)
+
+
 @pytest.mark.parametrize("turn", [0.0, 0.4])
 def test_points_keep_their_tractions(turn):
     """Of partial slip, also where all turns as a whole."""

@@ -54,7 +54,7 @@ private:
         {
           const std::size_t at = next[f]++;
           to.xi[at] = _state.points.xi[q];
-          to.area[at] = _results.weight[q];
+          to.area[at] = std::abs(_results.weight[q]); // slivers may be turned
           held(at) = Eigen::Map<const Vec<D>>(_results.friction.data() + q * D);
         });
   }
@@ -65,7 +65,7 @@ private:
   {
     for (std::size_t q = 0; q < _state.points.size(); ++q)
       if (_results.status[q] >= ContactStatus::stick and
-          _state.points.area[q] > 0.0)
+          _state.points.area[q] != 0.0)
         call(q, static_cast<std::size_t>(_state.points.slave[q]));
   }
 
