@@ -102,10 +102,10 @@ def main(arguments=None):
 
     found, (alpha, pressure) = patch(comm, size, args.degree), uniform_state()
     report.newton("equal blocks", found.iterations, found.history)
-    low, high = ends(found.contact.multiplier, found.scene)
+    low, high = ends(found.contact.pressure(), found.scene)
     report.add("lateral stretch", 1.0 + ends(found.u, found.scene)[1], alpha, 1e-9)
-    report.add("largest pressure", -low, pressure, 1e-8)
-    report.add("smallest pressure", -high, pressure, 1e-8)
+    report.add("largest pressure", high, pressure, 1e-8)
+    report.add("smallest pressure", low, pressure, 1e-8)
 
     found = punch(comm, size, args.degree)
     report.newton("narrow block", found.iterations, found.history)

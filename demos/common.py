@@ -122,8 +122,8 @@ def _percent(x: float, sign: str = "") -> str:
 
 def pressure_field(contact):
     """Contact pressure (positive in compression) for ParaView."""
-    p = fem.Function(contact.multiplier.function_space, name="pressure")
-    p.x.array[:] = -contact.multiplier.x.array
+    p = contact.pressure()
+    p.name = "pressure"
     return p
 
 

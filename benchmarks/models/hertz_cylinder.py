@@ -131,7 +131,9 @@ def measure(result, case):
     rule = {"quadrature_degree": 8}
     ds = ufl.Measure("ds", mesh, subdomain_data=scene.facet_tags, metadata=rule)
     ds = ds(scene.tags["slave"])
-    p, X = -contact.multiplier, ufl.SpatialCoordinate(mesh)
+    # A scalar multiplier is the normal traction; the slave is pressed upwards
+    lam, X = contact.multiplier, ufl.SpatialCoordinate(mesh)
+    p = lam[1] if lam.ufl_shape else -lam
     # Constants: a number would be compiled into the form
     half_width, peak = fem.Constant(mesh, a), fem.Constant(mesh, p0)
     hertz = peak * ufl.sqrt(ufl.max_value(0, 1 - (X[0] / half_width) ** 2))
@@ -145,7 +147,7 @@ def measure(result, case):
         a=a,
         p0=p0,
         peak=mesh.comm.allreduce(
-            -contact.multiplier.x.array.min(initial=0.0), op=MPI.MAX
+            contact.pressure().x.array.max(initial=0.0), op=MPI.MAX
         ),
         # The second moment of Hertz's pressure is force times a^2 / 4
         half_width=2.0 * np.sqrt(moment / tools.integral(p * ds, mesh)),

@@ -6,7 +6,6 @@
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/penetrating_points.h"
 #include "structs.h"
-#include <numeric>
 
 namespace raymortar::bindings
 {
@@ -76,7 +75,6 @@ py::dict points(const Zone& z)
   {
     out["slip"] = to_array(r.slip, vector);
     out["closing"] = to_array(r.closing);
-    out["dissipated"] = to_array(r.dissipated);
   }
   return out;
 }
@@ -197,43 +195,6 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
   (z.*set)(to_span(slave), to_span(master));
 }
 
-/// Points of springs as rows, facet by facet: facet, xi, area and vector
-py::array_t<double> rows_of(const SpringPoints& points, py::ssize_t gdim)
-{
-  std::vector<double> rows;
-  for (std::size_t f = 0; f + 1 < points.first.size(); ++f)
-    for (std::size_t q = points.first[f]; q < points.first[f + 1]; ++q)
-    {
-      rows.push_back(static_cast<double>(f));
-      for (py::ssize_t i = 0; i < gdim - 1; ++i)
-        rows.push_back(points.xi[q][i]);
-      rows.push_back(points.area[q]);
-      const auto* const rest =
-          points.rest.data() + static_cast<py::ssize_t>(q) * gdim;
-      rows.insert(rows.end(), rest, rest + gdim);
-    }
-  return to_array(rows,
-                  {static_cast<py::ssize_t>(points.xi.size()), 2 * gdim + 1});
-}
-
-SpringPoints spring_points(const Array<double>& rows, Index facets, int gdim)
-{
-  SpringPoints points;
-  points.first.assign(static_cast<std::size_t>(facets) + 1, 0);
-  const py::ssize_t width = 2 * gdim + 1;
-  for (py::ssize_t q = 0; q < rows.size() / width; ++q)
-  {
-    const double* const row = rows.data() + q * width;
-    ++points.first.at(static_cast<std::size_t>(row[0]) + 1);
-    points.xi.emplace_back(row[1], gdim == 3 ? row[2] : 0.0);
-    points.area.push_back(row[gdim]);
-    points.rest.insert(points.rest.end(), row + gdim + 1, row + width);
-  }
-  std::partial_sum(points.first.begin(), points.first.end(),
-                   points.first.begin());
-  return points;
-}
-
 /// Poses of the tools: (tools, 3, 3) and (tools, 3)
 template <void (Zone::*set)(std::span<const Pose>)>
 void set_poses(Zone& z, const Array<double>& rotation,
@@ -323,7 +284,6 @@ void bind_zone(py::module_& m)
       Field{"condition", &ZoneInput::condition},
       Field{"friction", &ZoneInput::friction},
       Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
-      Field{"keeps_springs", &ZoneInput::keeps_springs},
       Field{"moving_segments", &ZoneInput::moving_segments},
       Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
       Field{"strategy", &ZoneInput::strategy},
@@ -393,35 +353,16 @@ void bind_zone(py::module_& m)
       .def("accepted_springs",
            [](const Zone& z)
            {
-             const auto springs = z.accepted_springs();
+             const auto field = z.accepted_springs();
              const Surface& s = z.state().slave;
-             const auto d = static_cast<py::ssize_t>(s.gdim);
-             return py::make_tuple(
-                 to_array(springs.nodal,
-                          {s.num_facets(), s.dofs_per_facet(), d}),
-                 rows_of(springs.points, d));
-           })
-      .def("set_couples_over_gaps", &Zone::set_couples_over_gaps,
-           py::arg("set"))
-      .def("set_spring_points",
-           [](Zone& z, const Array<double>& rows)
-           {
-             const Surface& s = z.state().slave;
-             z.set_spring_points(spring_points(rows, s.num_facets(), s.gdim));
+             return to_array(field, {s.num_facets(), s.dofs_per_facet(),
+                                     static_cast<py::ssize_t>(s.gdim)});
            })
       .def("set_poses", &set_poses<&Zone::set_poses>, py::arg("rotation"),
            py::arg("shift"))
       .def("set_old_poses", &set_poses<&Zone::set_old_poses>,
            py::arg("rotation"), py::arg("shift"))
       .def("set_freedoms", &Zone::set_freedoms, py::arg("freedoms"))
-      .def("slave_positions",
-           [](const Zone& z)
-           {
-             const Surface& s = z.state().slave;
-             return to_array(s.x,
-                             {static_cast<py::ssize_t>(s.x.size()) / s.gdim,
-                              static_cast<py::ssize_t>(s.gdim)});
-           })
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

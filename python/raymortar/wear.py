@@ -122,6 +122,7 @@ class Wear:
         implicit: bool = False,
     ) -> None:
         of_type("Wear.contact", contact, Contact, "a Contact")
+        contact._require_sides("Wear")
         self._comm = contact.layout.comm
         with together(self._comm):
             if contact.tied is not None:
@@ -148,7 +149,7 @@ class Wear:
             self.implicit = truth("Wear.implicit", implicit)
         require_agreement(self._comm, largest=largest, implicit=implicit)
         self.contact, self.law, self.largest, self.step = contact, law, largest, 0.0
-        mesh = contact.surfaces.slave_u.function_space.mesh
+        mesh = contact.slave_u.function_space.mesh
         self.depth = Function(compat.scalar_space(mesh, 1), name="wear")
         V = self.depth.function_space
         self._tables = [facet_dof_table(V, z.facets.slave) for z in contact.zones]
@@ -214,7 +215,6 @@ class Wear:
             warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
                 f"{self.largest:.3g}: take smaller steps",
-                page="fields",
             )
             self.largest = None
 
@@ -257,7 +257,7 @@ class Wear:
                 f"implicit wear has not settled after {MOST_REPEATS} solves: depths of "
                 f"the step change by {change / deepest:.1e} of the deepest"
             )
-        nearer = lacking / (1.0 + slopes * self.contact.assembly.gamma_scale)
+        nearer = lacking / (1.0 + slopes * self.contact.gamma_scale)
         wears = self._comm.allreduce(found[: self._owned].sum())
         if (
             self._anderson.count == 0
@@ -336,7 +336,7 @@ class Wear:
         if stiffness is None:
             return
         # Depths are of degree 1: mid nodes are no nodes of theirs
-        V = self.contact.surfaces.slave_u.function_space
+        V = self.contact.slave_u.function_space
         stiffness /= compat.element_info(V).degree ** 2
         ratio = largest_of(self._comm, slopes) * stiffness / LIMIT
         if ratio > 1.0:
@@ -345,7 +345,6 @@ class Wear:
                 f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
                 "pressures alternate from step to step: take smaller steps, or "
                 "Wear(..., implicit=True)",
-                page="fields",
             )
 
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:

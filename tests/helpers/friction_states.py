@@ -23,7 +23,7 @@ from raymortar import (
 
 NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
 METHODS = {
-    "augmented": lambda: AugmentedLagrangian(states.GAMMA),
+    "augmented": lambda: AugmentedLagrangian(states.GAMMA, condition="points"),
     "elastic": lambda: Penalty(states.GAMMA),
     "rate": lambda: Penalty(states.GAMMA, tangential="rate"),
 }

@@ -54,7 +54,7 @@ def problem(cell, degree, gamma=GAMMA):
     found = build(
         scene,
         degree,
-        method=raymortar.AugmentedLagrangian(gamma),
+        method=raymortar.AugmentedLagrangian(gamma, condition="points"),
         E=1.3e11,
         nu=0.2,
         bcs=supports,

@@ -87,7 +87,9 @@ def cycling(cell, solver=SOLVERS[0]):
     v = ufl.TestFunction(u.function_space)
     force = sum((-u[i] ** 3 + 2 * u[i] - 2) * v[i] for i in range(len(u)))
     pairs = [(scene.tags["slave"], scene.tags["master"])]
-    contact = Contact(u, scene.facet_tags, pairs, AugmentedLagrangian(1.0))
+    contact = Contact(
+        u, scene.facet_tags, pairs, AugmentedLagrangian(1.0, condition="points")
+    )
     problem = NonlinearProblem(force * ufl.dx, contact)
     return solver(problem)
 

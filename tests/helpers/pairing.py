@@ -15,7 +15,7 @@ def touch(scene, pairs=(("slave", "master"),), degree=1, method=None, **options)
     """Contact of a scene, paired at no displacement."""
     u = fem.Function(compat.vector_space(scene.mesh, degree))
     tags = [tuple(scene.tags[name] for name in pair) for pair in pairs]
-    method = AugmentedLagrangian(1.0) if method is None else method
+    method = AugmentedLagrangian(1.0, condition="points") if method is None else method
     contact = Contact(u, scene.facet_tags, tags, method, **options)
     contact.update()
     return contact

@@ -21,7 +21,9 @@ class Pressed:
             self.u,
             self.scene.facet_tags,
             [(3, 4)],
-            AugmentedLagrangian(GAMMA) if method is None else method,
+            AugmentedLagrangian(GAMMA, condition="points")
+            if method is None
+            else method,
         )
         V, self.top = self.u.function_space, fem.Constant(self.scene.mesh, (0.0, 0.0))
         top = fix(V, self.scene, "top", None, self.top)

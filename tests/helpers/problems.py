@@ -322,7 +322,7 @@ def build(
     material, E, nu, loaded, layer
         See `residual`.
     method
-        Of contact, the augmented Lagrangian by default.
+        Of contact, the augmented Lagrangian at points by default.
     pairs
         Names of (slave, master) tags; by default [("slave", "master")].
     swap
@@ -342,6 +342,8 @@ def build(
     pairs = [("slave", "master")] if pairs is None else pairs
     named = [pair[::-1] if swap else pair for pair in pairs]
     tags = [tuple(scene.tags[name] for name in pair) for pair in named]
+    if method is None:
+        method = raymortar.AugmentedLagrangian(condition="points")
     contact = raymortar.Contact(u, scene.facet_tags, tags, method, **options)
     conditions = [] if bcs is None else bcs(V, scene)
     problem = raymortar.NonlinearProblem(F, contact, conditions)

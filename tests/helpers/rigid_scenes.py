@@ -11,7 +11,14 @@ import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
 
-from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    NonlinearProblem,
+    SNESSolver,
+    compat,
+    rigid,
+)
 from raymortar.rigid.turning import rotation_matrix
 
 E, NU = 40.0, 0.3
@@ -119,7 +126,7 @@ def press(
     unit, stiffer
         Length of the block's edges, and factor on its modulus.
     options
-        Of Contact.
+        Of Contact; without a method the law is at points.
     """
     gdim = 2 if cell in ("triangle", "quadrilateral") else 3
     mesh = boxes.box(cell, n, move=lambda x: unit * x)
@@ -131,6 +138,7 @@ def press(
     u = fem.Function(V)
     several = shape if isinstance(shape, list) else [shape]
     given = [s if isinstance(s, rigid.Body) else rigid.Body(s) for s in several]
+    options.setdefault("method", AugmentedLagrangian(condition="points"))
     contact = Contact(u, tags, [(TOP, one) for one in given], **options)
     stress, _ = MATERIALS[material]
     dx = ufl.dx(metadata={"quadrature_degree": 2 * degree})
@@ -170,6 +178,7 @@ def press_by(tool, cell, way, n, degree=1, **options):
         P = stress(ufl.grad(u), *lame(E, NU))
         forms.append(ufl.inner(P, ufl.grad(ufl.TestFunction(V))) * dx)
         functions.append(u)
+    options.setdefault("method", AugmentedLagrangian(condition="points"))
     contact = Contact(functions, tags, [(TOP, 3)], **options)
     lower, upper = (u.function_space for u in functions)
     bottom = fem.locate_dofs_topological(lower, gdim - 1, tags[0].find(BOTTOM))

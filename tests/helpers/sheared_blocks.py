@@ -10,6 +10,8 @@ its height on both sides, and its own lateral faces are loaded too.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import states
 from dolfinx import fem
@@ -25,14 +27,14 @@ HEIGHT, WIDTH = 0.6, 0.8  # of the upper block
 SQUEEZE = 0.9  # a
 OPEN, STICK, SLIP = 1, 2, 3
 METHODS = {
-    "augmented": AugmentedLagrangian,
+    "augmented": partial(AugmentedLagrangian, condition="points"),
     "elastic": lambda: Penalty(200.0),
     "rate": lambda: Penalty(200.0, tangential="rate"),
 }
 HOLDING = ("augmented", "elastic")
 # Coefficients for blocks that go through partial slip
 SOFT = {
-    "augmented": AugmentedLagrangian,
+    "augmented": partial(AugmentedLagrangian, condition="points"),
     "elastic": lambda: Penalty(30.0),
     "rate": lambda: Penalty(30.0, tangential="rate"),
 }

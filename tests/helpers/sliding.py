@@ -7,6 +7,7 @@ in the undeformed bodies, so that it can be compared whatever the numbering.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from dolfinx import fem
@@ -61,9 +62,9 @@ PARTITIONS = {
     "contact_on_few": contact_on_few,
 }
 METHODS = {
-    "augmented": AugmentedLagrangian,
+    "augmented": partial(AugmentedLagrangian, condition="points"),
     "penalty": lambda: Penalty(100.0),
-    "frictionless": AugmentedLagrangian,
+    "frictionless": partial(AugmentedLagrangian, condition="points"),
 }
 
 

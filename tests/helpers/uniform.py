@@ -14,7 +14,7 @@ TOLERANCE = 1e-9
 MAX_ITERATIONS = 3
 # What remains of the solver's residual is not to count as the method's error
 ROUNDING = 1e-13
-NORMAL = AugmentedLagrangian()
+NORMAL = AugmentedLagrangian(condition="points")
 VECTOR = AugmentedLagrangian(multiplier="vector")
 METHODS = {
     "normal": NORMAL,

@@ -74,7 +74,10 @@ def test_contacts_are_beside_other_unknowns(way):
         F = [ufl.inner(P, ufl.grad(v)) * dx, ufl.inner(equation, q) * dx]
         bcs = [fix(spaces[0], scene, "bottom_0", i) for i in (0, 1)]
         bcs += [fix(spaces[0], scene, "top_2", i, MOTION[2][i]) for i in (0, 1)]
-        options = {"method": AugmentedLagrangian(5.0), "friction": Coulomb(0.2)}
+        options = {
+            "method": AugmentedLagrangian(5.0, condition="points"),
+            "friction": Coulomb(0.2),
+        }
 
         def contact(*pairs):
             return raymortar.Contact(given, scene.facet_tags, pairs, **options)

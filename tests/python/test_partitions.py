@@ -217,7 +217,7 @@ def sent_entries(partition):
         fem.Function(compat.vector_space(scene.mesh, 1)),
         scene.facet_tags,
         [(scene.tags["slave"], scene.tags["master"])],
-        AugmentedLagrangian(1.0),
+        AugmentedLagrangian(1.0, condition="points"),
     )
     contact.update()
     largest = contact.statistics.communication.largest

@@ -67,7 +67,7 @@ def refused_by_all(pattern, action):
     "name, here, there",
     [
         ("method", Penalty(1.0), Penalty(2.0)),
-        ("method", Penalty(1.0), AugmentedLagrangian(1.0)),
+        ("method", Penalty(1.0), AugmentedLagrangian(1.0, condition="points")),
         ("friction", None, Coulomb(0.3)),
         ("friction", Coulomb(0.2), Coulomb(0.3)),
         ("measure", "current", "reference"),
@@ -258,7 +258,7 @@ def test_bad_gamma_on_one_rank(scene, value):
 
 @pytest.mark.parametrize("name", ["u", "multiplier"])
 def test_value_that_is_not_finite_on_one_rank(scene, name):
-    c = contact(scene, method=AugmentedLagrangian(1.0))
+    c = contact(scene, method=AugmentedLagrangian(1.0, condition="points"))
     values = getattr(c, name).x.array
     if ODD:
         values[0] = np.nan

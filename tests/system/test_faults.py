@@ -59,7 +59,10 @@ def test_largest_tag_is_a_tag_like_any_other(gmsh_file, tmp_path):
     mesh = compat.read_gmsh(path, COMM, 2)
     u = fem.Function(compat.vector_space(mesh.mesh, 1))
     contact = raymortar.Contact(
-        u, mesh.facet_tags, [(LARGEST_TAG, 7)], raymortar.AugmentedLagrangian(1.0)
+        u,
+        mesh.facet_tags,
+        [(LARGEST_TAG, 7)],
+        raymortar.AugmentedLagrangian(1.0, condition="points"),
     )
     contact.update()
     assert contact.statistics.hits == contact.statistics.points > 0
@@ -95,7 +98,7 @@ def test_full_disk_is_reported(pressed, folder):
         name = f"full_{last}.vtu" if last else "full.vtu"
         (folder / name).symlink_to("/dev/full")
     with pytest.raises(ContactError, match="cannot be written.*No space left"):
-        pressed.contact.results.write_segments(folder / "full.vtu")
+        pressed.contact.write_segments(folder / "full.vtu")
 
 
 @pytest.mark.mpi
@@ -105,7 +108,7 @@ def test_folder_that_is_a_file_is_reported(pressed, folder):
     with pytest.raises(ContactError, match="cannot be written"):
         compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
     with pytest.raises(ContactError, match="cannot be written"):
-        pressed.contact.results.write_segments(no_folder / "segments.vtu")
+        pressed.contact.write_segments(no_folder / "segments.vtu")
 
 
 def all_on_the_last(midpoints, size):

@@ -65,7 +65,7 @@ def test_walls_that_touch_are_not_told():
             start("quadrilateral", depth)
 
 
-@pytest.mark.parametrize("method", [None, AugmentedLagrangian(1.0)])
+@pytest.mark.parametrize("method", [None, AugmentedLagrangian(1.0, condition="points")])
 def test_multipliers_are_refused_with_what_to_take(method):
     scene = u_strip("triangle")
     u = fem.Function(compat.vector_space(scene.mesh, 1))

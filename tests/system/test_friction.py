@@ -165,7 +165,7 @@ def test_fields_of_a_uniform_state(cell, method, share):
 
 @pytest.mark.mpi
 def test_open_contact_has_the_status_of_it(cell):
-    blocks = Blocks(cell, AugmentedLagrangian(10.0), Coulomb(0.5))
+    blocks = Blocks(cell, AugmentedLagrangian(10.0, condition="points"), Coulomb(0.5))
     u = blocks.exact(0.0)
     u[states.upper_dofs(blocks.scene, blocks.problem.u.function_space), -1] += 0.1
     blocks.problem.u.x.array[:] = u.ravel()
@@ -238,7 +238,7 @@ def test_friction_needs_a_vector_multiplier(small):
     method = AugmentedLagrangian(1.0, multiplier="normal")
     with pytest.raises(ContactError, match="vector"):
         make(small, method=method, friction=Coulomb(0.3))
-    method = AugmentedLagrangian(1.0)
+    method = AugmentedLagrangian(1.0, condition="points")
     assert make(small, method=method, friction=Coulomb(0.3)).layout.components == 2
 
 

@@ -44,7 +44,7 @@ def solve(fields, cell, degree, n, motion, gamma=None):
         n,
         degree,
         MOTIONS[motion],
-        raymortar.AugmentedLagrangian(gamma),
+        raymortar.AugmentedLagrangian(gamma, condition="points"),
         friction=raymortar.Coulomb(MU),
     )
     problem.solve()

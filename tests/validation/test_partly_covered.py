@@ -58,7 +58,7 @@ def force(
     problem = build(
         scene,
         degree,
-        method=AugmentedLagrangian(gamma),
+        method=AugmentedLagrangian(gamma, condition="points"),
         E={"lower": STIFF, "upper": 1.0},
         swap=swap,
         bcs=lambda V, scene: [
@@ -145,7 +145,7 @@ def patch(
     degree,
     parts,
     pressure,
-    method=AugmentedLagrangian(1.0),
+    method=AugmentedLagrangian(1.0, condition="points"),
     make=NonlinearProblem,
 ):
     """A wide block on a narrow one, both under a pressure from above and below."""

@@ -29,13 +29,13 @@ from raymortar import (
 
 GAMMA = 1e3
 WAYS = {
-    "points": {"method": AugmentedLagrangian(GAMMA)},
+    "points": {"method": AugmentedLagrangian(GAMMA, condition="points")},
     "penalty": {"method": Penalty(GAMMA)},
     "nodes": {"method": AugmentedLagrangian(GAMMA, condition="nodes")},
     "dual": {
         "method": AugmentedLagrangian(GAMMA, condition="nodes", multiplier="dual")
     },
-    "tie": {"kind": Tie, "method": AugmentedLagrangian(GAMMA)},
+    "tie": {"kind": Tie, "method": AugmentedLagrangian(GAMMA, condition="points")},
 }
 CELLS = [
     ("triangle", "quadrilateral"),

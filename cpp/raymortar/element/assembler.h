@@ -5,7 +5,6 @@
 #include "raymortar/element/measure.h"
 #include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
-#include "raymortar/element/spring_points.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
@@ -85,12 +84,6 @@ struct ContactState
   std::optional<FrictionLaw> friction;     ///< none: frictionless
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
-  /// Whether slip within the cone is kept from step to step, as springs keep
-  /// it; false: friction takes its work, too
-  bool keeps_springs = true;
-  /// Whether friction makes a couple over the gaps that a multiplier leaves
-  /// open at single points; false: over those of an offset only
-  bool couples_over_gaps = false;
   bool moving_segments = false; ///< differentiate through the vertices, too
   bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
   FacetField gamma;         ///< traction per length
@@ -107,7 +100,6 @@ struct ContactState
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
   /// width gdim; empty: none
   FacetField traction_old;
-  SpringPoints spring_points; ///< what that lacks at points; empty: nothing
   Segmentation segmentation;
   SegmentRules segment_rules;
   IntegrationPoints points;
@@ -160,8 +152,6 @@ struct PointResults
   /// Tangential traction of the law at its points, of which a multiplier is
   /// the mean, (points, gdim); friction only
   std::vector<double> friction;
-  /// Energy per area that friction takes in the step, (points,); friction only
-  std::vector<double> dissipated;
 };
 
 /// @brief Integrals of gap and slip with the test function of each node of a

@@ -303,7 +303,7 @@ private:
         points.data.master_frames.now.n;
     r.status[q] = p.response.status;
     if constexpr (nodal)
-      r.status[q] = points.nodes->nearest_status();
+      r.status[q] = points.nodes->nearest().status;
     r.gap[q] = p.gap;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
@@ -312,7 +312,6 @@ private:
       Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
       r.closing[q] = p.old.closing.length;
       Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
-      r.dissipated[q] = p.dissipated(s.keeps_springs);
     }
   }
 

@@ -81,11 +81,8 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   double g;                ///< length of the ray from slave to master
   Vec<F::dofs> N_m;        ///< master shape functions at eta
   double offset;           ///< added to gaps, length
-  /// Whether tractions act over the gap. A multiplier closes gaps in the mean,
-  /// but for what the offset leaves open
-  bool has_arm;
-  Vec<D> normal; ///< of the frame: n, or -n_m  [theory (2.14)]
-  double gap;    ///< of the law: along that normal, with the offset
+  Vec<D> normal;           ///< of the frame: n, or -n_m  [theory (2.14)]
+  double gap;              ///< of the law: along that normal, with the offset
   OldPoint<F, is_frictional<Law>> old;
   Response response;
 
@@ -104,7 +101,6 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
       : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
         N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
-        has_arm(acts_over_gaps(e)),
         normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
         gap(law_gap()), response(respond(e, q))
   {
@@ -113,12 +109,12 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
   /// @brief Whether friction makes a couple over the gap  [theory (3)].
   [[nodiscard]] bool has_couple() const
   {
-    return is_frictional<Law> and has_arm;
+    return is_frictional<Law> and has_arm();
   }
 
   /// @brief Whether the pressure acts on the target at the slave point's foot,
   /// and not where the ray hits  [theory (4.22)].
-  [[nodiscard]] bool has_foot() const { return of_target and has_arm; }
+  [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
 
   /// @brief Traction along the normal of the frame.
   [[nodiscard]] double pressure() const { return dot<D>(normal, response.t); }
@@ -159,31 +155,10 @@ struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
     return along_surface(old.w);
   }
 
-  /// @brief Traction that friction of a penalty projects on the cone.
-  [[nodiscard]] Vec<D> trial() const requires(has_cone_at_points<Law>and M == 0)
-  {
-    return old.spring.value() - this->gamma * old.w;
-  }
-
-  /// @brief Energy per area that friction takes in the step: the work on the
-  /// slip, with a penalty on that beyond the cone, of which springs give
-  /// nothing back  [theory (4.39)].
-  /// @param[in] has_springs Whether the law keeps the rest of the slip
-  [[nodiscard]] double
-  dissipated(bool has_springs) const requires is_frictional<Law>
-  {
-    if constexpr (has_cone_at_points<Law> and M == 0)
-      if (has_springs)
-      {
-        if (response.status != ContactStatus::slip)
-          return 0.0;
-        return dot<D>(along_surface(response.t), trial() - friction()) /
-               this->gamma;
-      }
-    return -dot<D>(response.t, slip());
-  }
-
 private:
+  /// A multiplier closes gaps in the mean, but for what the offset leaves open
+  [[nodiscard]] bool has_arm() const { return M == 0 or offset != 0.0; }
+
   [[nodiscard]] double law_gap() const
   {
     return (of_target ? g * dot<D>(normal, this->slave.n) : g) + offset;
@@ -207,8 +182,7 @@ private:
         Target(frame_of_target(e)),
         xi(q.xi),
         g(q.g),
-        offset(this->value(e.offset)),
-        has_arm(acts_over_gaps(e))
+        offset(this->value(e.offset))
   {
     const NodeShapes<F> at_eta(q.eta);
     N_m = at_eta.displacement(q.eta);
@@ -243,9 +217,7 @@ private:
       old.ahead -= g * old.frame.n;
     old.slide = convect<D>(master.old, master.old_dual, master.now,
                            old.ahead - dot<D>(n_0, old.ahead) * n_0);
-    old.tilt.set(old.frame.n, this->slave.n, master, of_target);
-    old.w = old.tilt.lengthened(old.spin.turned(old.slide.value)) +
-            old.closing.length * n_0;
+    old.w = old.spin.turned(old.slide.value) + old.closing.length * n_0;
     // Along the surface: means of the slip at nodes have another normal
     if (of_target and not has_couple())
       old.w -= g * along_surface(this->slave.n);

@@ -114,13 +114,6 @@ template <class F, int L, class Law>
   return false;
 }
 
-/// @brief Whether tractions act over the gap, see HitPoint.
-template <class F, int L, class Law>
-[[nodiscard]] constexpr bool acts_over_gaps(const ElementData<F, L, Law>&)
-{
-  return true;
-}
-
 /// @brief Whether tangents and normal of the master change along it.
 template <class F, int L, class Law>
 [[nodiscard]] constexpr bool bends_at_master(const ElementData<F, L, Law>&)

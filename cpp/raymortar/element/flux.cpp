@@ -79,10 +79,9 @@ public:
         {
           _element.clear_residual(_field);
           for_points(e,
-                     [&](std::size_t, std::size_t k)
-                     {
+                     [&](std::size_t, std::size_t k) {
                        _element.add_residual({_points.data, _points.at}, _field,
-                                             flux, k, _state.keeps_springs);
+                                             flux, k);
                      });
           for (int a = 0; a < _field.nodes(); ++a)
           {
@@ -166,7 +165,7 @@ private:
     out.pressure.push_back(std::max(0.0, -p.pressure()));
     out.gap.push_back(p.gap);
     out.slip.push_back(slip.norm());
-    out.work.push_back(p.dissipated(_state.keeps_springs));
+    out.work.push_back(-p.response.t.dot(slip));
     out.weight.push_back(p.weight);
   }
 
@@ -175,8 +174,8 @@ private:
     const auto& e = _points.data;
     const typename Element::template Hit<true> p(e, _points.at);
     const typename Element::HitTangent by(e, _points.at, p);
-    const FluxSlopes<D, Element::M> slopes(p, flux, k, _state.keeps_springs);
-    const Vec<2> h = leaving(p, flux, k, _state.keeps_springs);
+    const FluxSlopes<D> slopes(p, flux, k);
+    const Vec<2> h = leaving(p, flux, k);
     _element.add_tangent(e, p, by, slopes, h, _field, _points.shapes);
     if (not moves)
       return;

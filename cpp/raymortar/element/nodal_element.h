@@ -76,21 +76,15 @@ public:
     return *_here[static_cast<std::size_t>(k)];
   }
 
-  /// @brief Status of the node whose test function is largest at the point; of
-  /// several that are alike but for rounding the last in the order of statuses.
-  [[nodiscard]] ContactStatus nearest_status() const
+  /// @brief The node whose test function is largest at the point.
+  [[nodiscard]] const Condition& nearest() const
   {
-    constexpr double alike = 1.0 - 1e-9;
-    const auto test = [this](int k)
-    { return _tests[static_cast<std::size_t>(k)][0]; };
-    double largest = 0.0;
-    for (int k = 0; k < _count; ++k)
-      largest = std::max(largest, test(k));
-    ContactStatus found = ContactStatus::none;
-    for (int k = 0; k < _count; ++k)
-      if (test(k) >= alike * largest)
-        found = std::max(found, at(k).status);
-    return found;
+    int best = 0;
+    for (int k = 1; k < _count; ++k)
+      if (_tests[static_cast<std::size_t>(k)][0] >
+          _tests[static_cast<std::size_t>(best)][0])
+        best = k;
+    return at(best);
   }
 
   /// @brief The row of a node at the point.

@@ -3,7 +3,6 @@
 
 #include "raymortar/element/convected.h"
 #include "raymortar/element/element_states.h"
-#include "raymortar/element/tilt.h"
 #include "raymortar/element/turned_traction.h"
 
 namespace raymortar
@@ -30,14 +29,13 @@ struct OldPoint<F, true>
   Closing closing;
   ConvectedVector<F::gdim> slide; ///< distance along the slave, carried along
   Spin<F::gdim> spin;             ///< of the slave against the master
-  Tilt<F::gdim> tilt;             ///< likewise
   Vec<F::gdim> w;                 ///< slip increment (2)
   Vec<F::gdim> accepted;          ///< of springs, see ContactState
   TurnedTraction<F::gdim> spring; ///< made of it
 };
 
 /// @brief How the slip changes where the old normal of the frame turns.
-/// @param[in] carry What takes old slides to present ones
+/// @param[in] carry Old vectors to present ones
 /// @param[in] turn Change of the normal, along some coordinates
 template <class F>
 [[nodiscard]] Mat<F::gdim, F::tdim>
@@ -64,9 +62,8 @@ struct SlipSlopes<F, true>
   static constexpr int D = F::gdim;
   Mat<D, F::tdim> dual; ///< of the master's tangents
   SpinSlopes<D> spin;
-  TiltSlopes<D> tilt;
   Mat<D, D> convected; ///< old vectors to present ones, along the master
-  Mat<D, D> carry;     ///< the same for a slide, with spin and tilt
+  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
   Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
   Mat<D, D> by_distance;
   Mat<D, F::tdim> by_eta;
@@ -77,10 +74,9 @@ struct SlipSlopes<F, true>
              const typename F::NodeMatrix& master_old, const ElementPoint<F>& q,
              const OldPoint<F, true>& was, bool of_target, bool bends)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
-        tilt(was.tilt, was.spin.turned(was.slide.value)),
         convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        carry(tilt.by_slide * spin.after(convected)),
+        carry(spin.after(convected)),
         by_slide(carry - carry * was.normal * was.normal.transpose()),
         by_distance(by_slide)
   {
@@ -98,10 +94,9 @@ struct SlipSlopes<F, true>
           curvature_at<F>(master_nodes, second, was.master.now, dual);
       const auto along = [&](const ConvectedVector<D>& c)
       { return convected_along_master<F>(c, convected, old, now); };
-      by_eta += tilt.by_slide * spin.after(along(was.slide)) +
-                tilt.by_carried * along(was.tilt.carried);
+      by_eta += spin.after(along(was.slide));
       if constexpr (D == 3)
-        by_eta += tilt.by_slide * spin.by_angle *
+        by_eta += spin.by_angle *
                   (spin.by_first.transpose() * along(was.spin.first) +
                    spin.by_second.transpose() * along(was.spin.second));
       by_eta -= 0.5 * was.closing.by_old * was.normal *

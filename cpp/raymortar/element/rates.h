@@ -109,12 +109,8 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
     by_turn += (p.g * by_gap) * p.normal.transpose() + by_turn_of_arm;
   else
     by_turn += by_n;
-  if constexpr (requires { law.by_w; })
-  {
-    by_turn += law.by_w * at.slip.tilt.by_n;
-    if constexpr (D == 3)
-      by_turn += law.by_w * (at.slip.tilt.by_slide * at.slip.spin.by_n);
-  }
+  if constexpr (D == 3 and requires { law.by_w; })
+    by_turn += law.by_w * at.slip.spin.by_n;
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if (at.frame.of_target)
     columns.template add_frame<R>(by_n, rows);
@@ -284,9 +280,8 @@ public:
         w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
       else if (_p.has_couple())
         w -= _p.g * _at.slip.by_slide * bend.n;
-      w += _at.slip.tilt.by_carried * (_at.slip.convected * bend.n);
       if constexpr (D == 3)
-        w += _at.slip.tilt.by_slide * _at.slip.spin.by_angle *
+        w += _at.slip.spin.by_angle *
              angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
                                was.dual, {_p.slave, _bend}, _at.slip.convected);
     }

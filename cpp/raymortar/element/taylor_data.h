@@ -27,7 +27,6 @@ struct TaylorData
   double touch = 0.0;             ///< see PointState, length
   Measure measure = Measure::reference;
   bool frame_of_target = false; ///< see ContactState::has_frame_of_target
-  bool has_arm = true;          ///< see HitPoint
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<F, true> history;
@@ -78,13 +77,6 @@ requires F::is_taylor [[nodiscard]] bool
 frame_of_target(const ElementData<F, L, Law>& e)
 {
   return e.frame_of_target;
-}
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] bool
-acts_over_gaps(const ElementData<F, L, Law>& e)
-{
-  return e.has_arm;
 }
 
 template <class F, int L, class Law>

@@ -171,20 +171,15 @@ public:
     }
   }
 
-  /// The slide turns with the target, with half of the spin and with the tilt
+  /// The slide turns with the target, and with half of the spin
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R>& rows) const
   {
     const SpinSlopes<D>& spin = _at.slip.spin;
-    const Mat<R, D> by_turned = by_w * _at.slip.tilt.by_slide;
     if (_target_moves)
-    {
-      add_convected<R>(_p.old.slide, spin.before(by_turned), rows);
-      add_convected<R>(_p.old.tilt.carried, by_w * _at.slip.tilt.by_carried,
-                       rows);
-    }
+      add_convected<R>(_p.old.slide, spin.before(by_w), rows);
     if constexpr (D == 3)
-      add_angle<R>(by_turned * spin.by_angle, rows);
+      add_angle<R>(by_w * spin.by_angle, rows);
   }
 
   /// See vary_turned

@@ -305,8 +305,7 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .gamma = numbers,
                  .slip = vectors,
                  .closing = numbers,
-                 .friction = vectors,
-                 .dissipated = numbers};
+                 .friction = vectors};
   for (std::size_t q = 0; q < n; ++q)
   {
     const Frame<D> f = frame_at<TaylorFacet<D>>(

@@ -1,7 +1,7 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/stopwatch.h"
 #include "raymortar/element/node_conditions.h"
-#include "raymortar/element/excess.h"
+#include "raymortar/element/springs.h"
 #include "raymortar/fem/parts.h"
 #include <algorithm>
 #include <array>
@@ -241,14 +241,11 @@ void Zone::set_node_sums(NodeSums sums)
   _has_node_sums = true;
 }
 
-Springs Zone::accepted_springs() const
+std::vector<double> Zone::accepted_springs() const
 {
   if (state().has_law_at_nodes())
-    return {accepted_ties(state()), {}};
-  const PointResults results = assembler().results(state());
-  if (state().multipliers.components > 0)
-    return {accepted_excess(state(), results), {}};
-  return raymortar::accepted_springs(state(), results);
+    return accepted_ties(state());
+  return raymortar::accepted_springs(state(), assembler().results(state()));
 }
 
 template <int D>

@@ -1,7 +1,6 @@
 // A contact zone: an interface whose facets are spread over ranks.
 #pragma once
 
-#include "raymortar/element/springs.h"
 #include "raymortar/fem/halo.h"
 #include "raymortar/interface/interface.h"
 #include <optional>
@@ -204,19 +203,7 @@ public:
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,
   /// gdim).
-  [[nodiscard]] Springs accepted_springs() const;
-
-  /// @brief Whether friction makes couples over gaps, see ContactState.
-  void set_couples_over_gaps(bool set)
-  {
-    _interface.set_couples_over_gaps(set);
-  }
-
-  /// @brief What springs hold at points, as `accepted_springs` gives it.
-  void set_spring_points(SpringPoints points)
-  {
-    _interface.set_spring_points(std::move(points));
-  }
+  [[nodiscard]] std::vector<double> accepted_springs() const;
 
   /// @brief All stages at the current displacement; none if nothing has moved
   /// since the last time, or if a tie has its pairs.

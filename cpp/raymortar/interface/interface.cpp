@@ -77,7 +77,6 @@ ContactState first_state(const InterfaceInput& input)
     s.friction = Stick{};
   s.measure = input.measure;
   s.frame = input.frame;
-  s.keeps_springs = input.keeps_springs;
   s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);

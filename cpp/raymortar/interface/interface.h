@@ -22,7 +22,6 @@ struct InterfaceInput : PairingRules
   Condition condition = Condition::points;
   std::optional<FrictionLaw> friction; ///< none: frictionless
   LawFrame frame = LawFrame::automatic;
-  bool keeps_springs = true; ///< see ContactState
   bool moving_segments = true;
   /// Surfaces that are tied to each other; none: contact. A multiplier is a
   /// vector then, and friction, measure and moving segments are not used
@@ -104,13 +103,6 @@ public:
   /// @throws Error for a name that is none of theirs
   void set_field(std::string_view name, std::span<const double> values);
   void set_friction_bounds(std::vector<PointBound> bounds);
-  /// @brief Whether friction makes couples over gaps, see ContactState.
-  void set_couples_over_gaps(bool set) { _state.couples_over_gaps = set; }
-  /// @brief What springs hold at points, with the field "traction_old".
-  void set_spring_points(SpringPoints points)
-  {
-    _state.spring_points = std::move(points);
-  }
 
   /// @brief Cross points of a tie: slave dofs that take part in other ties or
   /// contacts too, nonzero, (dofs,). From the next step on.

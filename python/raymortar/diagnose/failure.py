@@ -17,11 +17,10 @@ from ..contact import Contact
 from ..convergence.convergence import cycle_length
 from ..discretization.ranks import sums_at
 from ..errors import ContactError, ConvergenceError, SetUpError, format_point
-from ..finding import placed
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import CLOSED
 from ..interface.probing import VolumePattern
-from ..interface.slave_nodes import corners_between
+from ..interface.slave_nodes import corners_between, rigid_slaves
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
@@ -84,26 +83,30 @@ def describe(problem: CoupledProblem) -> str:
     rubbed = list[str]()
     sprung = far_on_springs(problem) if has_diverged(problem.history) else []
     if contact.layout.bodies and not sprung:
-        free += contact.system.free_bodies.unheld()
+        free += contact.free_bodies.unheld()
         if not free and not in_use.steps:  # steps look at their start
-            rubbed = contact.system.free_bodies.rubbed()
-    softer = list[str]()
+            rubbed = contact.free_bodies.rubbed()
+    fixed = contact.constrained(problem.bcs)
+    rigid, softer = list[str](), list[str]()
     for part in contact.parts:
+        held = rigid_slaves(part.surfaces, fixed)
+        rigid += [
+            f"all of {slave.zone.facets.spoken} is {slave.prescribed}"
+            for k, slave in held.items()
+            if k not in part.surfaces.exchanged
+        ]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
-    excess = [
-        one.offsets.excess for one in contact.contacts if one.offsets.excess is not None
-    ]
+    excess = [one.excess for one in contact.contacts if one.excess is not None]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
     corners = [corner_between(one, pressed=1) for one in contact.contacts]
     shared = [
-        f"{corner[0]} share a corner at {format_point(corner[1])}, with one multiplier for "
-        "both faces: give each a Contact of its own"
+        f"{corner}, with one multiplier for both faces: give each a Contact of its own"
         for corner in corners
         if corner is not None
     ]
     odd = [*strange_gammas(problem), *rubbed, *shared]
-    return describe_failure(*seen, softer, excess, odd, in_use, sprung)
+    return describe_failure(*seen, rigid, softer, excess, odd, in_use, sprung)
 
 
 def describe_failure(
@@ -111,6 +114,7 @@ def describe_failure(
     statistics: Any,
     unheld: Sequence[str],
     imbalance: str,
+    rigid: Sequence[str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
     odd: Sequence[str] = (),
@@ -121,8 +125,9 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `swaps` are proposals for slaves that are too fine for their
-    masters, `sprung` sentences on bodies that have moved far on springs alone.
+    friction alone resists. `rigid` tell of slaves that are prescribed, on masters that
+    move, `swaps` are proposals for slaves that are too fine for their masters, and
+    `sprung` sentences on bodies that have moved far on springs alone.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -140,6 +145,8 @@ def describe_failure(
         ]
     elif unheld:
         proposals = ways_to_hold(in_use)
+    elif rigid:
+        proposals = [f"the other body as the slave: {', '.join(rigid)}"]
     elif excess:
         proposals = ["a smaller interference"]
     elif not statistics.hits and not diverged:
@@ -217,7 +224,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     constants; None if it has no stiffness. Traction per length. Collective."""
     layout, interfaces = contact.layout, contact.surfaces.interfaces
     try:
-        volume = VolumePattern(problem.a, layout, contact.system.axisymmetric)
+        volume = VolumePattern(problem.a, layout, contact.axisymmetric)
         tables = contact_stiffness(volume, interfaces, problem.bcs)
     except ContactError:  # on all ranks
         return None
@@ -227,9 +234,9 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
 def compared(contact: Contact, now: float) -> str:
     """A sentence on the coefficient in use beside the automatic one, `now`."""
     return (
-        f"gamma = {contact.assembly.gamma_scale:.3g} is "
-        f"{contact.assembly.gamma_scale / now:.3g} times the automatic gamma of the "
-        f"present stiffness: contact.set_gamma({now:.3g})"
+        f"gamma = {contact.gamma_scale:.3g} is {contact.gamma_scale / now:.3g} times the "
+        f"automatic gamma of the form's present stiffness, {now:.3g}: "
+        f"contact.set_gamma({now:.3g})"
     )
 
 
@@ -238,11 +245,11 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     accepted displacement: that of an iterate may be any. Collective."""
     contact, found = problem.contact, []
     with contact.unknowns.lent() as accepted:
-        accepted[contact.unknowns.u_local] = contact.states.u_old
+        accepted[contact.unknowns.u_local] = contact.u_old
         contact.unknowns.set_values(accepted)
         for one in contact.contacts:
             now = automatic_gamma(problem, one)
-            if now and not 1.0 / FAR_OFF <= one.assembly.gamma_scale / now <= FAR_OFF:
+            if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
                 found.append(compared(one, now))
     return found
 
@@ -279,8 +286,8 @@ def swaps(
 WORTH = 0.05
 
 
-def corner_between(one: Contact, pressed: int) -> tuple[str, tuple[float, ...]] | None:
-    """Name a corner between slave surfaces of which one or two press there.
+def corner_between(one: Contact, pressed: int) -> str | None:
+    """Tell of a corner between slave surfaces of which one or two press there.
     Collective."""
     zones = one.zones
     if one.multiplier is None or one.tied is not None or len(zones) == 1:
@@ -300,7 +307,7 @@ def corner_between(one: Contact, pressed: int) -> tuple[str, tuple[float, ...]] 
     place = found[0][0]
     faces = np.any([meets for x, meets in found if x == place], axis=0)
     named = " and ".join(zone.facets.spoken for zone, on in zip(zones, faces) if on)
-    return named, placed(place, [x for x, _ in found])
+    return f"{named} share a corner at {format_point(place, [x for x, _ in found])}"
 
 
 def _forces(zone: ZoneData, W: FunctionSpace) -> Array:

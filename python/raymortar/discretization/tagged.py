@@ -16,9 +16,9 @@ from scipy.sparse import csr_array
 from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, spoken_tag, together
-from ..hooks import hooks
-from ..target import Target
+from ..rigid.body import Body
 from . import checks
+from .curving import Smooth, curve
 from .facets import (
     N_CORNERS,
     Facets,
@@ -32,7 +32,7 @@ from .facets import (
 )
 from .joined import parts_of
 from .ranks import index_among, of_all
-from .surfaces import Bodies, Smooth, Surface, build_surface, find_bodies
+from .surfaces import Bodies, Surface, build_surface, find_bodies
 
 # Coordinates of bodies that differ by less than this share of the model's size are the
 # same: nodes on round bodies that are alike need not be
@@ -189,15 +189,24 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Group:
-    """A slave surface by its tag, or `ALL`, and the masters that it meets."""
+    """A slave surface by its tag, or `ALL`, and the masters that it meets.
+
+    If its sides are exchanged, the user calls them by the other names.
+    """
 
     slave: int | str
     masters: tuple[Any, ...]
+    is_exchanged: bool = False
 
     @property
     def meets_itself(self) -> bool:
         """Whether slave and master are the same facets."""
         return self.masters == (self.slave,)
+
+    def exchanged(self) -> Group:
+        """The group with its one master as the slave."""
+        (master,) = self.masters
+        return Group(master, (self.slave,), True)
 
 
 @dataclass
@@ -205,7 +214,7 @@ class ZoneFacets:
     """A slave tag, the master tags it meets, and their facets on this rank."""
 
     slave_tag: int | str
-    master_tags: tuple[int | str, ...] | tuple[Target, ...]
+    master_tags: tuple[int | str, ...] | tuple[Body, ...]
     slave: Facets
     masters: list[Facets]
     slave_surface: Surface
@@ -213,11 +222,12 @@ class ZoneFacets:
     master: Facets  # of all tags, in the order of the surface
     slave_part: int = 0  # which of several meshes
     master_part: int = 0
-    bodies: tuple[Target, ...] = ()  # rigid ones in place of masters
+    bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
     share_vertices: bool = False  # the two sides
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
     names: Mapping[int, str] = field(default_factory=dict)  # by tag
+    is_exchanged: bool = False  # the user calls the sides by the other names
 
     @property
     def meets_itself(self) -> bool:
@@ -226,15 +236,28 @@ class ZoneFacets:
 
     @property
     def spoken(self) -> str:
-        """The slave, for messages."""
-        return f"slave {self.words(self.slave_tag)}"
+        """The slave, for messages, as the user calls it."""
+        role = "master" if self.is_exchanged else "slave"
+        return f"{role} {self.words(self.slave_tag)}"
 
     @property
     def spoken_masters(self) -> list[str]:
         """Each master, for messages."""
         if self.bodies:
             return [f"the rigid {body.name}" for body in self.bodies]
-        return [f"master {self.words(tag)}" for tag in self.master_tags]
+        return [f"{self.hit_role} {self.words(tag)}" for tag in self.master_tags]
+
+    @property
+    def hit_role(self) -> str:
+        """Name the role of the side that rays hit, as the user gave it."""
+        return "slave" if self.is_exchanged else "master"
+
+    @property
+    def as_given(self) -> tuple[Any, tuple[Any, ...]]:
+        """The slave and its masters, as the user calls them."""
+        if self.is_exchanged:
+            return self.master_tags[0], (self.slave_tag,)
+        return self.slave_tag, self.master_tags
 
     def words(self, tag: Any) -> str:
         """A tag, for messages."""
@@ -265,7 +288,7 @@ def find_facets(
     zones = []
     for group in groups:
         slave_tag, given = group.slave, group.masters
-        bodies = tuple(master for master in given if isinstance(master, Target))
+        bodies = tuple(master for master in given if isinstance(master, Body))
         a = tagged.mesh_of((slave_tag,))
         b = a if bodies or slave_tag == ALL else tagged.mesh_of(given)
         slaves, labels = tagged.parts(u, a, slave_tag, axisymmetric)
@@ -299,7 +322,7 @@ def find_facets(
         if not group.meets_itself:
             other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
         sides = slave_tag, given, slave, masters, surface, other, join(masters)
-        found = a, b, bodies, shares, labels, names
+        found = a, b, bodies, shares, labels, names, group.is_exchanged
         zones.append(ZoneFacets(*sides, *found))
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:
@@ -317,9 +340,7 @@ def _surface(
     """Arrays of the facets of one side, on the k-th mesh. Collective."""
     surface = build_surface(u, parts, k, axisymmetric)
     if smooth and surface.is_straight and parts[0] is not NO_FACETS:
-        assert hooks.curve is not None, "the core alone curves no facets"
-        curved: Surface = hooks.curve(surface, mesh, join(parts), smooth)
-        return curved
+        return curve(surface, mesh, join(parts), smooth)
     return surface
 
 

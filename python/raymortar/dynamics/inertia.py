@@ -86,6 +86,8 @@ class Inertia:
         mass: str = "nearest",
     ) -> None:
         self.contact = one_or_several(contact)
+        for one in self.contact.contacts:
+            one.keep_sides()
         comm = self.contact.unknowns.comm
         with together(comm):
             self._forms = list(form) if isinstance(form, (list, tuple)) else [form]
@@ -147,9 +149,9 @@ class Inertia:
         if self._moving < (1.0 - LOST):
             warn(
                 f'mass="{self.mass}" puts {1.0 - self._moving:.2g} of the mass that is '
-                "free to move on nodes that conditions hold: mesh more cells "
-                'across, or take mass="consistent"',
-                page="fields",
+                "free to move on nodes that conditions hold, where it has no inertia: "
+                "mesh a thin body that is held with more cells across, or take "
+                'mass="consistent"'
             )
 
     def _comm_any(self, marks: Mask) -> bool:

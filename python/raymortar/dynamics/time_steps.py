@@ -167,8 +167,6 @@ class TimeSteps(LoadSteps):
         self.inertia, self.scheme, self.dt = inertia, scheme, float(dt)
         self.adapt, self.touch = adapt, int(touch)
         self.motion = Motion(inertia, scheme)
-        for part in problem.contact.system.parts:  # to keep moment of momentum
-            part.present.couples_over_gaps = isinstance(scheme, Midpoint)
         self.bodies = MovingBodies(problem.contact, scheme)
         self._inertia_term = InertiaTerm(problem, self.motion)
         self._account = Account(problem, self.motion, self.bodies, forms)
@@ -182,7 +180,7 @@ class TimeSteps(LoadSteps):
             path=(float(start), float(end)), progress=progress, history=history,
             strategy=strategy, output=output, on_accept=on_accept, on_reject=on_reject,
         )  # fmt: skip
-        problem.contact.states.owners["motion"] = self
+        problem.contact.owners["motion"] = self
         if history is not None:
             history.include(self._account.columns())
 
@@ -226,7 +224,7 @@ class TimeSteps(LoadSteps):
                 raise ContactError(f"time must be one before the end, not {time!r}")
             lacking = [
                 name
-                for name in self._problem.contact.states.owners.lacking
+                for name in self._problem.contact.owners.lacking
                 if "motion" in name
             ]
             if lacking:

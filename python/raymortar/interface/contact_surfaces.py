@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
+from ..compat import Array
 from ..discretization.checks import check_space
 from ..discretization.facets import Facets, coordinates, facet_dof_table, node_table
 from ..discretization.joined import parts_of
@@ -31,7 +32,7 @@ from ..errors import (
     together,
 )
 from ..options.methods import ContactOptions, Penalty
-from ..target import Target
+from ..rigid.body import Body
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, names_by_tag, read_pairs
 from .zone_data import ZoneData
@@ -103,6 +104,9 @@ class ContactSurfaces:
     bodies: Bodies  # parts of the mesh that are connected
     options: ContactOptions  # with what the method of those given leaves open
     why: str | None  # the law is what it is; None: it was given
+    # By number of a slave surface whose sides are exchanged: how many times as close as
+    # its master's the nodes of the user's slave are
+    exchanged: Mapping[int, float]
 
     @property
     def comm(self) -> MPI.Comm:
@@ -128,7 +132,7 @@ class ContactSurfaces:
     def tags(self) -> str:
         """Slave tags, for messages."""
         facets = (zone.facets for zone in self.zones)
-        return ", ".join(one.words(one.slave_tag) for one in facets)
+        return ", ".join(one.words(one.as_given[0]) for one in facets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,6 +145,17 @@ class Given:
     groups: Sequence[Group]  # slaves with their masters
     options: ContactOptions
     tied: str | None
+    exchanged: Mapping[int, float] = field(default_factory=dict)
+
+    def with_exchanged(self, surfaces: Mapping[int, float]) -> Given:
+        """Exchange the sides of some slave surfaces, of one master each: numbers as of
+        `ContactSurfaces`."""
+        groups = [
+            group.exchanged() if k in surfaces else group
+            for k, group in enumerate(self.groups)
+        ]
+        pairs = self.pairs.exchanged(surfaces)
+        return replace(self, pairs=pairs, groups=groups, exchanged=surfaces)
 
 
 def make_surfaces(given: Given) -> ContactSurfaces:
@@ -189,22 +204,42 @@ def make_surfaces(given: Given) -> ContactSurfaces:
         bodies=bodies,
         options=options,
         why=why,
+        exchanged=given.exchanged,
     )
 
 
 def _is_narrow(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> bool:
-    """Whether a master is smaller than the slave's facets: of a rigid tool its radius, of
-    facets half the box around them. Collective."""
+    """Whether a master is smaller than the slave's facets next to it: of a round tool its
+    radius, of facets half the box around them. Collective."""
     for zone in facets:
-        lengths = facet_lengths(zone.slave_surface)
-        total, count = comm.allreduce(np.array([lengths.sum(), len(lengths)]))
-        sizes = [getattr(body.shape, "radius", np.inf) for body in zone.bodies]
-        if not sizes:
-            box = np.ptp(ends_of(zone.master_surface.X, comm), axis=0)
-            sizes = [0.5 * float(np.linalg.norm(box))]
-        if min(sizes) < total / count:
-            return True
+        surface = zone.slave_surface
+        middles = surface.X[surface.facet_nodes].mean(axis=1)
+        for low, high, size in _extents(zone, comm):
+            outside = np.maximum(np.maximum(low - middles, middles - high), 0.0)
+            away = np.linalg.norm(outside, axis=1)
+            nearest = comm.allreduce(away.min(initial=np.inf), op=MPI.MIN)
+            lengths = facet_lengths(surface)[away <= nearest + size]
+            total, count = comm.allreduce(np.array([lengths.sum(), len(lengths)]))
+            if size * count < total:
+                return True
     return False
+
+
+def _extents(zone: ZoneFacets, comm: MPI.Comm) -> list[tuple[Array, Array, float]]:
+    """Ends of the box around each master of a zone that has a size, and the size; a round
+    tool without a middle may be anywhere. Collective."""
+    if not zone.bodies:
+        low, high = ends_of(zone.master_surface.X, comm)
+        return [(low, high, 0.5 * float(np.linalg.norm(high - low)))]
+    found, gdim = [], zone.slave_surface.gdim
+    for body in zone.bodies:
+        radius = getattr(body.shape, "radius", None)
+        if radius is not None:
+            middle = getattr(body.shape, "centre", None)
+            reach = np.full(gdim, np.inf if middle is None else radius)
+            x = np.zeros(gdim) if middle is None else np.asarray(middle)[:gdim]
+            found.append((x - reach, x + reach, float(radius)))
+    return found
 
 
 def checked(
@@ -240,7 +275,7 @@ def checked(
     return Given(unknowns, facet_tags, table, groups, options, tied)
 
 
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
+def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
     """Find the free bodies that slaves meet, each once; give them levers. Collective."""
     found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
     for body in found:

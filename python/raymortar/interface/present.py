@@ -20,18 +20,18 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..hooks import hooks
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
-from ..target import Target, require_same_loads
+from ..rigid.body import Body, require_same_loads
 from ..state import Owner, Quantity, common, of_array, of_function
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
+from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .unfelt import UnfeltParts
-from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
+from .zone_data import ZoneData, on_sides, opposite_points
 
 
 class Follower(Owner, Protocol):
@@ -131,21 +131,6 @@ class PresentState:
         self.note_change()
 
     @property
-    def couples_over_gaps(self) -> bool:
-        """Whether friction makes couples over the gaps that multipliers leave open at
-        single points, too, theory (3). Moments then balance, in more iterations."""
-        return any(zone.couples_over_gaps for zone in self._zones)
-
-    @couples_over_gaps.setter
-    def couples_over_gaps(self, value: bool) -> None:
-        if value == self.couples_over_gaps:
-            return
-        for zone in self._zones:
-            zone.couples_over_gaps = value
-        self._is_sent = False
-        self.note_change()
-
-    @property
     def has_history(self) -> bool:
         """Whether steps have been accepted, or this rank has values of a restored state."""
         values = [f.x.array for f in (self._multiplier, self._slip) if f is not None]
@@ -181,9 +166,6 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
-            rows = zone.spring_points
-            zone.cpp.set_spring_points(np.empty(0) if rows is None else rows)
-            zone.cpp.set_couples_over_gaps(zone.couples_over_gaps)
         self.unfelt.send(self.u_old)
         self._is_sent = True
 
@@ -199,8 +181,7 @@ class PresentState:
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
-                for look in hooks.on_first_pairs:
-                    look(self._surfaces)
+                warn_of_straight_facets(self._surfaces)
 
     def pair_tie(self, partial: bool) -> None:
         """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
@@ -233,7 +214,7 @@ class PresentState:
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:
-                    zone.traction_old, zone.spring_points = zone.cpp.accepted_springs()
+                    zone.traction_old = zone.cpp.accepted_springs()
         for zone in self._zones:
             zone.motions.accept()
         for body in self._surfaces.layout.bodies:
@@ -242,8 +223,7 @@ class PresentState:
         if self.updates:
             self._note_opposite()
         if self._watches_arcs:
-            told = [look(self._surfaces) for look in hooks.on_accept]
-            self._watches_arcs = not any(told)
+            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
 
     def augment(self) -> float | None:
         """Change gaps by what a solve has found, for the next one. Collective.
@@ -263,7 +243,7 @@ class PresentState:
         for zone in self._zones:
             zone.opposite = opposite_points(zone)
 
-    def begin_slip_here(self, body: Target) -> None:
+    def begin_slip_here(self, body: Body) -> None:
         """Take the present pose of a body as the old one: a flight is no slip."""
         for zone in self._zones:
             zone.motions.begin_at_present(body)
@@ -275,11 +255,12 @@ class PresentState:
     def quantities(self, number: int, first: int) -> Iterator[Quantity]:
         """Yield the arrays of the accepted step that only this contact has, in its
         numbers: of the contact and of its first zone."""
-        scalar = self._surfaces.scalar
+        surfaces, scalar = self._surfaces, self._surfaces.scalar
         is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
         zones = np.zeros(len(self._zones))
         yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
         yield common(f"smooth {number}", [is_curved], _other_surfaces)
+        yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
         if self._multiplier is not None:
             name = f"multiplier {number}"
             yield of_function(name, self._multiplier, is_unknown=True)
@@ -312,15 +293,6 @@ class PresentState:
                 (*side.facet_dofs.shape, side.gdim),
                 may_lack=True,  # before the first step
             )
-            if self._multiplier is None:
-                yield Quantity(
-                    f"springs {k} at points",
-                    lambda: zone.spring_points,
-                    partial(setattr, zone, "spring_points"),
-                    SpringPoints(zone),
-                    may_lack=True,
-                    fault=partial(_other_points, zone),
-                )
         if zone.motions.bodies:
             old = partial(setattr, zone.motions, "old")
             yield Quantity(f"tools {k}", lambda: zone.motions.old, old)
@@ -341,16 +313,15 @@ def _other_surfaces(there: Array, here: Array) -> str:
     )
 
 
-def _other_points(zone: ZoneData, there: Array) -> str | None:
-    """Say that points of springs are those of another surface. Steps differ in their
-    number."""
-    side = zone.facets.slave_surface
-    width, count = 2 * side.gdim + 1, len(side.facet_dofs)
-    if there.shape[1:] == (width,) and not (there[:, 0] >= count).any():
-        return None
+def _other_sides(there: Array, here: Array) -> str:
+    """Say that sides are exchanged in one of two contacts."""
+    sides = [
+        "with exchanged sides" if len(one) else "with sides as given"
+        for one in (there, here)
+    ]
     return (
-        "the state is of another contact, mesh or method: its springs are at points of "
-        f"another surface than one of {count} facets in {side.gdim}D"
+        f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
+        "once the problem is made, or call keep_sides() of both before"
     )
 
 

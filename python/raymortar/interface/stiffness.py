@@ -33,6 +33,10 @@ from .zone_data import ZoneData
 # Ratio of (5.16) to (5.2) below which bodies bend (docs/measured/slip_fronts.md)
 BENDS = 0.015
 
+# The same for a law of dual multipliers to give way to one of standard multipliers, which
+# takes several times fewer iterations on slender bodies (docs/measured/conditions.md)
+SLENDER = 0.05
+
 # Pressure that is rounding error, of gamma times the size of a facet
 NO_PRESSURE = 1e-10
 

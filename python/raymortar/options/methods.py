@@ -9,7 +9,7 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..discretization.surfaces import Smooth
+from ..discretization.curving import Smooth
 from ..discretization.slave_fields import FieldValue
 from ..errors import (
     ContactError,
@@ -57,7 +57,7 @@ class AugmentedLagrangian(Options):
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
         global coordinates; ``"dual"``: the same by dual functions, of which each acts
         on the rows of one node, for a law at nodes. None: dual where a condition None
-        may choose it; else the vector with friction, which needs it, and with
+        takes it; else the vector with friction, which needs it, and with
         ``frame="master"``, as a scalar cannot follow normals of the master that turn
         within a facet; else the scalar.
     degree
@@ -65,8 +65,10 @@ class AugmentedLagrangian(Options):
     condition
         Where the law holds: ``"points"``, at integration points in the weak mean;
         ``"nodes"``, at the multiplier's nodes for the mean gap and slip around them; or
-        None: at nodes with a displacement of degree 1, at points with degree 2, but at
-        nodes where bodies bend. ``repr`` of the contact says what it is, and why.
+        None: at nodes with dual multipliers for a displacement of degree 1, at points
+        for degree 2, a master smaller than a facet, a multiplier that is given, or a
+        Flux; but at nodes where bodies bend. ``repr`` of the contact says what it is,
+        and why.
     """
 
     # Over the softer side's stiffness (theory (5.2))
@@ -75,7 +77,7 @@ class AugmentedLagrangian(Options):
     gamma: float | Function | None = None
     multiplier: str | None = None
     degree: int | None = None
-    condition: str | None = "points"
+    condition: str | None = None
 
     @property
     def is_dual(self) -> bool:
@@ -86,24 +88,26 @@ class AugmentedLagrangian(Options):
         self, degree: int, is_narrow: bool
     ) -> tuple[AugmentedLagrangian, str | None]:
         """Choose a condition that is None, for a displacement of a degree and, if masters
-        are smaller than a slave facet, narrow contact.
+        are smaller than a slave facet, narrow contact (docs/measured/conditions.md).
 
         Returns
         -------
-        The method with its condition, and why it is that; None: it was given.
+        The method with its condition, and why it is that; None: it was given, or follows
+        from a dual multiplier.
         """
         if self.condition is not None:
             return self, None
         if self.is_dual:
-            why = "its multiplier is dual"
-            return replace(self, condition="nodes"), why
+            return replace(self, condition="nodes"), None
+        at_points = replace(self, condition="points")
+        if self.multiplier is not None:
+            return at_points, f"its multiplier is {self.multiplier!r}"
+        if degree > 1:
+            return at_points, f"displacements have degree {degree}"
+        if is_narrow:
+            return at_points, "a master is smaller than the slave's facets"
         why = f"displacements have degree {degree}"
-        if degree == 1 and is_narrow:
-            why = "a master is smaller than the slave's facets"
-        if degree > 1 or is_narrow:
-            return replace(self, condition="points"), why
-        multiplier = "dual" if self.multiplier is None else self.multiplier
-        return replace(self, condition="nodes", multiplier=multiplier), why
+        return replace(self, condition="nodes", multiplier="dual"), why
 
     def check(self) -> None:
         check_coefficient(self.gamma)

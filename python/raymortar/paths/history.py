@@ -104,7 +104,7 @@ class History:
           parts of that force; ``radial_ring_plate``: if contact is axisymmetric, see
           `results.Resultant`;
         - ``force_on_<name>_x``, ...: with ``pairs="all"`` the contact force on every
-          tag and every body without one, named as in `results.meetings`;
+          tag and every body without one, named as in `Interaction.meetings`;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
           contact on it and moment about its centre; ``translation_<name>_x``,
@@ -115,10 +115,11 @@ class History:
           (`patches`; NaN where nothing presses), ``torque_<axis>_ring_plate`` (`axes`): of
           pairs and surfaces, as forces are; ``work_<name>`` (`works`): so far, by the mean
           of each step's forces at each node;
-        - ``energy``; with friction ``friction_work``: what friction has taken so far,
-          `Contact.friction_work`; with a penalty ``stored_normal`` and, with friction,
-          ``stored_tangential``: `Contact.stored_energy`. The work of the loads is the sum
-          of these columns, to the error of the steps.
+        - ``energy``; with friction ``friction_work``: the work that tangential
+          tractions have taken so far; with a penalty ``stored_normal`` and, with
+          friction, ``stored_tangential``: `Contact.stored_energy`. The work of the loads
+          is ``energy + stored_normal + friction_work``, to the error of the steps, and
+          ``friction_work`` includes ``stored_tangential``.
     rows
         The records, with these names as attributes.
 
@@ -221,10 +222,8 @@ class History:
                 own = []
             found.append((label, i, None, partial(contact.resultant, i, None)))
             for k, pair in own:
-                master = zone.facets.master_tags.index(pair.master)
-                found.append(
-                    (pair.label, i, master, partial(contact.results.of_pair, k))
-                )
+                master = zone.facets.master_tags.index(pair.hit)
+                found.append((pair.label, i, master, partial(contact.of_pair, k)))
         return found
 
     def _own_columns(
@@ -238,13 +237,13 @@ class History:
             kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
             yield names, partial(_parts_of, find, kinds)
-        for label, find in contact.results.parts_of_all():
+        for label, find in contact.parts_of_all():
             names = [f"force_on_{label}_{x}" for x in axes]
             yield names, partial(_parts_of, find, ["force"])
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
-        for label, _, _, find in parts if contact.system.axisymmetric else ():
+        for label, _, _, find in parts if contact.axisymmetric else ():
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())

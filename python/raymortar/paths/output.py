@@ -26,7 +26,6 @@ from ..errors import (
     together,
     writing,
 )
-from ..finding import Finding
 from ..problem import CoupledProblem
 from ..results.sums import Statistics
 from ..solvers.solver import require_problem
@@ -61,9 +60,6 @@ class LoadStep:
         tries and larger steps that were halved.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
-    findings
-        All that is doubtful about the step's end, as of `NonlinearProblem.check`; contact
-        of few facets only where its force is the largest of the path so far.
     """
 
     # Name of the factor in the line of a step
@@ -77,7 +73,6 @@ class LoadStep:
     released: tuple[float, float] | None = field(default=None, repr=False)
     tangents: int = field(default=0, repr=False)
     solves: int = field(default=0, repr=False)
-    findings: list[Finding] = field(default_factory=list, repr=False)
 
 
 class Effort:
@@ -287,7 +282,7 @@ class Output:
         series = [f"{self.path.stem}_{what}" for what in ("segments", "points")]
         folder = folder_of(self._comm, self.path)
         file = folder / f"{series[0]}_{self.steps:04d}.vtu"
-        self.problem.contact.results.write_segments(file)
+        self.problem.contact.write_segments(file)
         ending = ".vtu" if self._comm.size == 1 else ".pvtu"
         for stem, name in zip(series, (file.stem, f"{file.stem}_points")):
             path = self.path.with_name(f"{stem}.pvd")

@@ -24,9 +24,6 @@ from ..interface.point_results import (
 )
 from ..interface.present import PresentState
 from ..options.friction import Law
-from ..options.methods import Penalty
-from .points import Results
-from .sums import friction_work, stored_energy
 
 PARTS = ("total", "normal", "tangential")
 
@@ -38,15 +35,12 @@ def check_part(part: Any, comm: MPI.Comm) -> None:
     )
 
 
-class ContactResults(Results):
-    """Results of one contact: at points, at slave nodes, and its energies, at the last
-    update. Collective."""
+class NodalFields:
+    """Results of a contact at its slave nodes, at the last update. Collective."""
 
-    def __init__(self, contact: Any) -> None:
-        super().__init__(contact)
-        self.surfaces: ContactSurfaces = contact.surfaces
-        self.friction: Law | None = contact.friction
-        self._present: PresentState = contact.assembly.present
+    surfaces: ContactSurfaces
+    friction: Law | None
+    _present: PresentState
 
     def _average(
         self,
@@ -86,11 +80,24 @@ class ContactResults(Results):
         return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
 
     def gap(self) -> Function:
-        """See `Contact.gap`. Collective."""
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        The gap of the law, with the offset. Average over the integration points around
+        each node. Collective.
+        """
         return self._gap(np.nan)
 
     def traction(self, part: str = "total") -> Function:
-        """See `Contact.traction`. Collective."""
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
+            rest, which is friction.
+        """
         check_part(part, self.surfaces.comm)
         name = "traction" if part == "total" else f"{part}_traction"
         return self._of_law(
@@ -98,11 +105,26 @@ class ContactResults(Results):
         )
 
     def pressure(self) -> Function:
-        """See `Contact.pressure`. Collective."""
+        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
+
+        The normal part of `traction`, of every method, per area as there. Where it is
+        negative the law holds in the mean only: see `points`. Collective.
+        """
         return self._of_law("pressure", at_points.pressures)
 
     def slip(self) -> Function:
-        """See `Contact.slip`. Collective."""
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0 where
+        no hit. After `advance` it stays that of the accepted step until the next
+        `update`. Without friction it is computed when this is called.
+
+        Raises
+        ------
+        ContactError
+            For a `Tie`.
+        """
         if self.surfaces.tied is not None:
             raise ContactError("a Tie does not slip")
         if self.friction is not None:
@@ -163,9 +185,8 @@ class ContactResults(Results):
         Examples
         --------
         >>> points = contact.points()
-        >>> n, t = points["normal"], points["traction"]
-        >>> shear = np.linalg.norm(t - np.sum(n * t, axis=1)[:, None] * n, axis=1)
-        >>> contact.results.to_nodes(shear, "shear")
+        >>> shear = np.linalg.norm(points["traction"], axis=1) - points["pressure"]
+        >>> contact.to_nodes(shear, "shear")
         """
         each = [values] if isinstance(values, np.ndarray) else values
         self._present.require_results()
@@ -187,7 +208,11 @@ class ContactResults(Results):
         )
 
     def status(self) -> Function:
-        """See `Contact.status`. Collective."""
+        """`Status` of the slave nodes: 0 no hit, 1 open, 2 stick, 3 slip. Collective.
+
+        The numbers of ``points()["status"]``. Contact without friction is slip. A law at
+        points gives a node what most of the area around it does. Zero off the slave.
+        """
         if self.surfaces.zones[0].has_law_at_nodes:
             return self._of_law("status", lambda at: at["status"])
         f = self._average("status", lambda at: at["status"] >= CLOSED, False, np.nan)
@@ -208,7 +233,12 @@ class ContactResults(Results):
         )
 
     def fields(self) -> list[Function]:
-        """See `Contact.fields`. Collective."""
+        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
+
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        """
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
         found = [self._gap(0.0), self.traction("normal"), self.traction("tangential")]
         found += [self.status(), self.coverage()]
@@ -216,28 +246,3 @@ class ContactResults(Results):
             found.append(self.slip())
         multiplier = self.surfaces.multiplier
         return found if multiplier is None else [multiplier, *found]
-
-    def friction_work(self) -> float:
-        """See `Contact.friction_work`. Collective."""
-        if self.friction is None:
-            return 0.0
-        self._present.require_results()
-        return friction_work(self.zones, self.surfaces.multiplier)
-
-    def stored_energy(self, part: str = "total") -> float:
-        """See `Contact.stored_energy`. Collective."""
-        check_part(part, self._comm)
-        if not isinstance(self._contact.method, Penalty) or self._contact.method.exact:
-            return 0.0
-        self._present.require_results()
-        if self.friction is not None and self._contact.method.tangential == "rate":
-            if part == "tangential":
-                return 0.0
-            part = "normal"
-        return stored_energy(self.zones, part)
-
-
-def results_of(contact: Any) -> Results:
-    """Make the results of a contact, or the common ones of several in one problem."""
-    is_one = contact.contacts == (contact,)
-    return ContactResults(contact) if is_one else Results(contact)

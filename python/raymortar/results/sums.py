@@ -199,7 +199,7 @@ def _plain(moment: Array) -> Array | float:
 def resultant(
     zone: ZoneData, master: int | None = None, at_hits: bool = False
 ) -> Resultant:
-    """Sum up force and moment on the slave side of a zone. Collective.
+    """Sum up force and moment on the side of a zone that the user calls slave. Collective.
 
     Of the master with an index alone, or of all and points without a hit. Tractions have
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
@@ -210,7 +210,8 @@ def resultant(
     points = zone.seen_points()
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
-    return _sum_up(zone, points, at_hits)
+    found = _sum_up(zone, points, at_hits)
+    return _opposite(found) if zone.facets.is_exchanged else found
 
 
 def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:
@@ -254,16 +255,12 @@ def _sum_up(
     weight = points["weight"][:, None]
     forces = weight * points.get("dual", points["traction"])
     couples = forces - along_normal(points, forces)
-    arms = zone.arms(points)
+    moments = _moments(zone.arms(points), couples)
+    moments += _moments(points["x"], forces)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
         feet = zone.have_feet(points)[:, None]
-        moments = _moments(arms, couples) + _moments(points["x"], forces)
         moments = np.where(feet, moments, _moments(hits, forces))
-    else:
-        places, turned = zone.levers(points)
-        moments = _moments(arms, np.einsum("qij,qj->qi", turned, couples))
-        moments += _moments(places, forces)
     normal = along_normal(points, weight * points["traction"])
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
@@ -298,9 +295,8 @@ def added(parts: Sequence[Resultant]) -> Resultant:
 
 
 def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> float:
-    """Integrate what friction takes in the step, theory (7.2): at points, or at nodes
-    where the law holds there, with the weights of the means that it takes. Collective.
-    """
+    """Sum up what tractions take over the step's slip: at points, or at nodes where the
+    law holds there, with the weights of the means that it takes. Collective."""
     mine = sum(_friction_work(zone, multiplier) for zone in zones)
     return float(zones[0].comm.allreduce(mine))
 
@@ -308,18 +304,12 @@ def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> flo
 def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
     """The share of a zone on this rank."""
     points = zone.points()
-    if multiplier is None or zone.dual_multiplier is None:
-        return float(points["weight"] @ points["dissipated"])
+    if multiplier is None or not zone.has_law_at_nodes:
+        return float(points["weight"] @ -dot(points["traction"], points["slip"]))
     at = tractions(zone, multiplier)
     hit = points["status"] >= OPEN
     works = zone.between_nodes(-dot(at["traction"], at["slip"])[:, None], points, hit)
     return float(points["weight"][hit] @ works[:, 0])
-
-
-def slip_work(zones: Sequence[ZoneData]) -> float:
-    """Integrate what tractions take over the step's slip, with what springs store.
-    Collective."""
-    return _integral(zones, lambda p: -dot(p["traction"], p["slip"]))
 
 
 def stored_energy(zones: Sequence[ZoneData], part: str) -> float:

@@ -28,6 +28,7 @@ from ..interface.slave_nodes import (
 )
 from ..interface.stiffness import (
     BENDS,
+    SLENDER,
     automatic_coefficients,
     contact_stiffness,
     mean_facet_size,
@@ -254,7 +255,8 @@ class ContactAssembly:
         self.volume = volume
         self._forget_prescribed()  # held nodes need its stiffness
         if self._bends(bcs, compliance):
-            self.change_law("nodes", None, "bodies bend")
+            standard = "vector" if self.method.is_dual else None
+            self.change_law("nodes", standard, "bodies bend")
         if self.gamma is None:
             tables = automatic_coefficients(
                 self.surfaces, volume, self.method, bcs, compliance
@@ -265,17 +267,18 @@ class ContactAssembly:
             self._check_size(bcs)
 
     def _bends(self, bcs: Sequence[Any], compliance: SurfaceCompliance) -> bool:
-        """Whether a law at points was chosen for its degree, and surfaces yield far more
-        than single facets: the ratio of (5.16) to (5.2). Collective."""
+        """Whether a law was chosen that bodies which bend do not take well, as surfaces
+        yield far more than single facets: the ratio of (5.16) to (5.2). Collective."""
         degree = self.zones[0].facets.slave_surface.displacement_degree
-        chosen = self.why is not None and self.method.condition == "points"
-        if self.volume is None or not chosen or degree == 1:
+        is_dual = self.method.is_dual
+        if self.volume is None or self.why is None or not (is_dual or degree > 1):
             return False
         stiffness = self._stiffness(bcs)
         if stiffness is None:
             return False
         soft = soft_coefficients(self.surfaces.interfaces, self.volume, bcs, compliance)
-        return all((a < BENDS * b).all() for a, b in zip(soft, stiffness))
+        limit = SLENDER if is_dual else BENDS
+        return all((a < limit * b).all() for a, b in zip(soft, stiffness))
 
     def softer(
         self, bcs: Sequence[Any], compliance: SurfaceCompliance
@@ -302,13 +305,14 @@ class ContactAssembly:
         least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
         text = (
             f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
-            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
+            f"bodies over the area of their facets, a traction per length of "
+            f"{stiffness:.3g} here: leave gamma out"
         )
         if not least < ratio < FROM_STIFFNESS:
             raise ContactError(text)
         is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
         if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it", page="contact")
+            warn(f"{text}, as Newton's method may fail with it")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

@@ -201,7 +201,7 @@ def test_damping_does_the_work_of_the_formula_once(cell, degree):
         degree,
         bcs=lambda V, s: [*wall(V, s, None, WALL[1:]), fix_body(V, s, "lower")],
         friction=Stick(),
-        method=AugmentedLagrangian(1.0),
+        method=AugmentedLagrangian(1.0, condition="points"),
     )
     rigid = build(scene, degree, bcs=lambda V, s: [fix_body(V, s, "lower")])
     contact = problem.contact
@@ -235,7 +235,7 @@ def test_tangent_is_the_derivative_of_the_residual():
     n = gathered.size_u(contact)
     draws[:, :n] *= 1e-3
     free = gathered.concatenated(
-        ~contact.system.constrained(problem.bcs)[: contact.layout.n_u]
+        ~contact.constrained(problem.bcs)[: contact.layout.n_u]
     )
     free = np.concatenate([free, np.ones(draws.shape[1] - n, dtype=bool)])
     draws[:, ~free] = 0.0  # else lifted: no part of the tangent
@@ -379,7 +379,7 @@ def test_damping_takes_the_modulus_without_bulk(cell_2d):
     def blocks_of(nu):
         scene = two_blocks(COMM, 2, cell_2d, 3, 3)
         bcs = lambda V, scene: wall(V, scene, None)  # noqa: E731
-        method = AugmentedLagrangian(1.0)
+        method = AugmentedLagrangian(1.0, condition="points")
         return build(scene, E=2.0 * (1.0 + nu), nu=nu, bcs=bcs, method=method)
 
     one, other = blocks_of(0.3), blocks_of(0.4999)

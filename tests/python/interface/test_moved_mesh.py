@@ -86,7 +86,9 @@ def test_nodes_off_the_contact_may_move():
         scene = two_blocks(COMM, 2, "triangle", 3, 4)
         if before:
             shake(scene)
-        problem = pressed(scene, method=raymortar.AugmentedLagrangian(4e3))
+        problem = pressed(
+            scene, method=raymortar.AugmentedLagrangian(4e3, condition="points")
+        )
         if not before:
             shake(scene)
         problem.solve()

@@ -27,7 +27,7 @@ from raymortar import (
 )
 
 pytestmark = pytest.mark.mpi
-OPEN = AugmentedLagrangian(condition=None)
+OPEN = AugmentedLagrangian()
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 
 
@@ -62,8 +62,7 @@ def condition_of(contact):
 
 @pytest.mark.parametrize("friction", [None, Coulomb(0.3)], ids=["none", "friction"])
 @pytest.mark.parametrize("cell", ["triangle", "quadrilateral", "tetrahedron"])
-def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog, monkeypatch):
-    monkeypatch.setattr(logging.root.manager, "disable", 0)  # by demos of this process
+def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog):
     with caplog.at_level(logging.INFO, logger="raymortar"):
         scene, chosen = blocks(cell, 1, OPEN, friction=friction)
     assert condition_of(chosen) == ("nodes", "dual")
@@ -78,20 +77,19 @@ def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog, monkeypa
 @pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
 def test_degree_2_has_a_law_at_points(cell):
     scene, chosen = blocks(cell, 2, OPEN)
-    same, given = blocks(cell, 2, AugmentedLagrangian())
+    same, given = blocks(cell, 2, AugmentedLagrangian(condition="points"))
     np.testing.assert_array_equal(pressed(scene, chosen), pressed(same, given))
     assert condition_of(chosen) == ("points", None)
     assert "as displacements have degree 2" in repr(chosen)
 
 
-@pytest.mark.parametrize("degree, condition", [(1, "nodes"), (2, "points")])
+@pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("multiplier", ["normal", "vector"])
-def test_a_multiplier_that_is_given_stays(degree, condition, multiplier):
-    method = AugmentedLagrangian(condition=None, multiplier=multiplier)
-    _, contact = blocks("triangle", degree, method)
-    assert condition_of(contact) == (condition, multiplier)
-    method = AugmentedLagrangian(condition=None, multiplier="dual")
-    _, contact = blocks("triangle", degree, method)
+def test_a_multiplier_that_is_given_stays(degree, multiplier):
+    _, contact = blocks("triangle", degree, AugmentedLagrangian(multiplier=multiplier))
+    assert condition_of(contact) == ("points", multiplier)
+    assert f"as its multiplier is '{multiplier}'" in repr(contact)
+    _, contact = blocks("triangle", degree, AugmentedLagrangian(multiplier="dual"))
     assert condition_of(contact) == ("nodes", "dual")
 
 
@@ -140,14 +138,14 @@ def test_bodies_that_bend_have_the_law_at_nodes(friction, unit, caplog):
         assert str(contact.gamma) == str(other.gamma)
 
 
-def test_what_takes_tractions_at_points_has_a_vector():
+def test_a_flux_has_a_law_at_points():
     scene, contact = blocks("triangle", 1, OPEN)
     T = fem.Function(field_space(scene.mesh, 1), name="T")
     Flux(contact, T, lambda T_s, T_m, p, g, v: p * (T_s - T_m))
-    assert condition_of(contact) == ("nodes", "vector")
-    assert "as Flux takes tractions at points" in repr(contact)
+    assert condition_of(contact) == ("points", "vector")
+    assert "as Flux takes tractions and slips at points" in repr(contact)
     same, given = blocks(
-        "triangle", 1, AugmentedLagrangian(condition="nodes", multiplier="vector")
+        "triangle", 1, AugmentedLagrangian(condition="points", multiplier="vector")
     )
     np.testing.assert_array_equal(pressed(scene, contact), pressed(same, given))
 
@@ -165,6 +163,20 @@ def test_tools_smaller_than_a_facet_meet_points(cell, unit, radius, condition):
     assert contact.method.condition == condition
     small = "a master is smaller than the slave's facets"
     assert (small in repr(contact)) == (condition == "points")
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+@pytest.mark.parametrize("x, condition", [(0.2, "nodes"), (2.5, "points")])
+def test_facets_next_to_a_tool_count(unit, x, condition):
+    """A circle at the fine and at the coarse end of a surface."""
+    mesh = strip(24, 1, 3.0 * unit, unit)
+    along = mesh.geometry.x[:, 0]
+    along[:] = 3.0 * unit * (along / (3.0 * unit)) ** 3
+    tags = tag_where(mesh, lambda y: y[1] > (1.0 - 1e-6) * unit)
+    u = fem.Function(compat.vector_space(mesh, 1), name="u")
+    circle = rigid.Circle((x * unit, 1.2 * unit), 0.2 * unit)
+    contact = Contact(u, tags, [(1, rigid.Body(circle))], OPEN)
+    assert contact.method.condition == condition
 
 
 def test_a_law_that_is_in_use_stays():

@@ -76,7 +76,9 @@ def nearest(body, x):
 @pytest.mark.mpi
 def test_a_picture_shows_the_tools_next_to_the_bodies(draw):
     ball = rigid.Body(shapes(2)["circle"])
-    found = press("triangle", ball, method=AugmentedLagrangian(40.0))
+    found = press(
+        "triangle", ball, method=AugmentedLagrangian(40.0, condition="points")
+    )
     left = draw(found)
     if left is None:
         return

@@ -76,7 +76,9 @@ def test_of_many_facets_the_edges_of_the_body_are_drawn():
 @pytest.mark.mpi
 def test_a_picture_of_space_shows_the_tools(draw):
     ball = rigid.Body(shapes(3)["sphere"])
-    found = press("hexahedron", ball, n=2, method=AugmentedLagrangian(40.0))
+    found = press(
+        "hexahedron", ball, n=2, method=AugmentedLagrangian(40.0, condition="points")
+    )
     left = draw(found)
     if left is None:
         return

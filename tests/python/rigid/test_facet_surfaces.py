@@ -10,7 +10,10 @@ from rigid_scenes import press
 
 from raymortar import AugmentedLagrangian, ContactError, Coulomb, SNESSolver, rigid
 
-LAW = {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)}
+LAW = {
+    "method": AugmentedLagrangian(40.0, condition="points"),
+    "friction": Coulomb(0.3),
+}
 # Corners of a unit cube, and its faces with normals out of it
 CUBE = np.array(
     [[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)], dtype=float

@@ -24,7 +24,10 @@ from raymortar import (
     rigid,
 )
 
-FRICTION = {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)}
+FRICTION = {
+    "method": AugmentedLagrangian(40.0, condition="points"),
+    "friction": Coulomb(0.3),
+}
 
 
 @pytest.mark.parametrize("solver", SOLVERS)

@@ -27,15 +27,18 @@ from raymortar import (
 from raymortar.rigid.turning import rotation_matrix
 
 LAWS = {
-    "normal": {"method": AugmentedLagrangian(40.0)},
-    "friction": {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)},
+    "normal": {"method": AugmentedLagrangian(40.0, condition="points")},
+    "friction": {
+        "method": AugmentedLagrangian(40.0, condition="points"),
+        "friction": Coulomb(0.3),
+    },
     "penalty": {"method": Penalty(40.0), "friction": Coulomb(0.3)},
     "nodes": {
         "method": AugmentedLagrangian(80.0, condition="nodes"),
         "friction": Coulomb(0.3),
     },
     "deformed": {
-        "method": AugmentedLagrangian(40.0),
+        "method": AugmentedLagrangian(40.0, condition="points"),
         "friction": Coulomb(0.3),
         "measure": "current",
     },
@@ -128,7 +131,9 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
     assert there.contact.resultant(0).force == pytest.approx(R @ force, rel=1e-8)
 
 
-@pytest.mark.parametrize("method", (AugmentedLagrangian(40.0), Penalty(400.0)))
+@pytest.mark.parametrize(
+    "method", (AugmentedLagrangian(40.0, condition="points"), Penalty(400.0))
+)
 @pytest.mark.parametrize("cell, axis", (("triangle", None), ("hexahedron", 1)))
 def test_a_spinning_wheel_drags(cell, axis, method):
     """Slip everywhere: the tangential force is mu times the normal one."""

@@ -23,11 +23,14 @@ from raymortar import (
 pytestmark = pytest.mark.filterwarnings("error:converged, but contact is lost")
 
 LAWS = {
-    "normal": {"method": AugmentedLagrangian(40.0)},
-    "friction": {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)},
+    "normal": {"method": AugmentedLagrangian(40.0, condition="points")},
+    "friction": {
+        "method": AugmentedLagrangian(40.0, condition="points"),
+        "friction": Coulomb(0.3),
+    },
     "penalty": {"method": Penalty(400.0), "friction": Coulomb(0.3)},
     "deformed": {
-        "method": AugmentedLagrangian(40.0),
+        "method": AugmentedLagrangian(40.0, condition="points"),
         "friction": Coulomb(0.3),
         "measure": "current",
     },

@@ -24,7 +24,7 @@ from raymortar import (
 )
 from raymortar.errors import SetUpError
 
-LAW = {"method": AugmentedLagrangian(40.0)}
+LAW = {"method": AugmentedLagrangian(40.0, condition="points")}
 
 
 @pytest.mark.parametrize("hollow", ("no", 1, None))

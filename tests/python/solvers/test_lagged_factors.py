@@ -85,7 +85,7 @@ def test_another_stiffness_is_factorised_at_once(factor):
         scene,
         material="neo-hookean",
         bcs=lambda V, s: [fix(V, s, "bottom"), *held(V, s, -0.02)],
-        method=AugmentedLagrangian(2000.0),
+        method=AugmentedLagrangian(2000.0, condition="points"),
     )
     given = built.problem
     form, contact = scale * given.forms[0], given.contact

@@ -38,7 +38,11 @@ def blocks(method, friction, n=2, gamma=None):
         top = fix(V, scene, "top", value=lambda x: np.tile(push, (len(x), 1)))
         return [fix(V, scene, "bottom"), top]
 
-    method = METHODS[method]() if gamma is None else AugmentedLagrangian(gamma)
+    method = (
+        METHODS[method]()
+        if gamma is None
+        else AugmentedLagrangian(gamma, condition="points")
+    )
     return build(scene, 1, "neo-hookean", method, E=10.0, bcs=held, friction=friction)
 
 

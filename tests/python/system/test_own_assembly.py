@@ -18,7 +18,7 @@ from raymortar import compat, io, tools
 MESH = Path(__file__).parents[3] / "meshes" / "two_blocks_2d.msh"
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE
 INSERT, FORWARD = PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD
-PENALTY, POINTS = raymortar.Penalty(), raymortar.AugmentedLagrangian()
+PENALTY, POINTS = raymortar.Penalty(), raymortar.AugmentedLagrangian(condition="points")
 DUAL = raymortar.AugmentedLagrangian(condition="nodes", multiplier="dual")
 SLIDING = raymortar.Coulomb(0.3)
 METHODS = [(PENALTY, SLIDING), (POINTS, SLIDING), (POINTS, None), (DUAL, SLIDING)]

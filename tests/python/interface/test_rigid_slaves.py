@@ -8,14 +8,7 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import (
-    AugmentedLagrangian,
-    ContactWarning,
-    Coulomb,
-    Penalty,
-    SetUpError,
-    SNESSolver,
-)
+from raymortar import AugmentedLagrangian, ContactWarning, Coulomb, Penalty, SNESSolver
 
 pytestmark = pytest.mark.quick
 PUSH, STEPS = 0.05, 2
@@ -50,17 +43,15 @@ def force(case, move):
         move((step + 1) / STEPS)
         solver.solve()
         case.contact.advance()
-    (found,) = case.contact.results.resultants()
+    (found,) = case.contact.resultants()
     return found.force
 
 
 def test_names_are_told():
     case, _ = pressed("quadrilateral", (4, 8), E=10.0, names={"lid": 3, "bed": 4})
-    with pytest.raises(
-        SetUpError, match=r"all of slave 'lid' \(tag 3\) is prescribed"
-    ) as told:
+    with pytest.warns(ContactWarning, match="all of slave 'lid' is prescribed") as told:
         SNESSolver(case.problem)
-    assert str(told.value).endswith("sides in the other order, pairs=[('bed', 'lid')]")
+    assert "pairs=[('bed', 'lid')]" in str(told[0].message)
 
 
 LAWS = {"frictionless": None, "friction": Coulomb(0.3)}
@@ -70,15 +61,15 @@ LAWS = {"frictionless": None, "friction": Coulomb(0.3)}
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("unit, E", [(1.0, 10.0), (1e-3, 2e11)])
 @pytest.mark.parametrize("gap", [0.0, 4.0])
-@pytest.mark.parametrize("counts", [(4, 6), (4, 8), (4, 16), (8, 12), (20, 21)])
-def test_finer_slaves_are_refused_before_the_first_solve(counts, gap, unit, E, law):
+@pytest.mark.parametrize("counts", [(4, 6), (4, 8), (4, 16), (8, 12)])
+def test_finer_slaves_are_told_before_the_first_solve(counts, gap, unit, E, law):
     """As they fail, or find tractions that go to and fro; also where no ray hits yet."""
     options = dict(E=E, friction=LAWS[law])
     case, _ = pressed("quadrilateral", counts, unit=unit, gap=gap * unit, **options)
     tags = case.scene.tags
-    with pytest.raises(SetUpError) as told:
+    with pytest.warns(ContactWarning) as told:
         SNESSolver(case.problem)
-    text = str(told.value)
+    text = " ".join(str(one.message) for one in told)
     assert f"all of slave tag {tags['slave']} is prescribed" in text
     assert f"pairs=[({tags['master']}, {tags['slave']})]" in text
 
@@ -125,7 +116,7 @@ def test_what_is_not_over_constrained_is_let_pass(options):
 
 def test_in_space(cell_3d):
     case, _ = pressed(cell_3d, (2, 4), E=10.0)
-    with pytest.raises(SetUpError, match="are 2 times as close as those of its"):
+    with pytest.warns(ContactWarning, match="are 2 times as close as those of its"):
         SNESSolver(case.problem)
     SNESSolver(pressed(cell_3d, (3, 3), E=10.0)[0].problem)
 
@@ -133,40 +124,38 @@ def test_in_space(cell_3d):
 # Slaves that are prescribed along the surface alone
 
 AT = {
-    "points": AugmentedLagrangian(),
+    "points": AugmentedLagrangian(condition="points"),
     "nodes": AugmentedLagrangian(condition="nodes"),
     "dual": AugmentedLagrangian(condition="nodes", multiplier="dual"),
 }
 
 
-def led(
-    cell, counts, law, held, degree=1, on=("slave",), width=1.5, more=(), **options
-):
-    """A block on a wider one, under a load; components of some of its surfaces are held,
-    the first one led by the Constant that is returned with it, and `more` by name."""
+def led(cell, counts, law, held, degree=1, on=("slave",), **options):
+    """A block on one of equal width, under a load; components of some of its surfaces are
+    held, the first one led by the Constant that is returned with it."""
     size = (1.0,) * DIMENSION[cell]
     scene = two_blocks(
-        COMM, len(size), cell, *counts, lower_size=(width, *size[1:]), upper_size=size
+        COMM, len(size), cell, *counts, lower_size=(1.5, *size[1:]), upper_size=size
     )
     x = fem.Constant(scene.mesh, 0.0)
 
     def bcs(V, scene):
-        values = [x, *[0.0 for _ in held[1:]]]
+        values = [x if i == 0 else 0.0 for i in held]
         own = [
             fix(V, scene, name, i, value)
             for name in on
             for i, value in zip(held, values)
         ]
-        also = [fix(V, scene, name, i) for name, i in more]
-        return [fix(V, scene, "bottom"), *own, *also]
+        return [fix(V, scene, "bottom"), *own]
 
     case = build(
         scene,
         degree,
         method=AT[law],
+        friction=Coulomb(0.3),
         bcs=bcs,
         loaded=["top"],
-        **({"load": -4.0, "friction": Coulomb(0.3)} | options),
+        **({"load": -4.0} | options),
     )
     return case, x
 
@@ -185,86 +174,39 @@ def led(
         ("tetrahedron", 1, (2, 4)),
     ],
 )
-def test_slaves_led_along_the_surface_are_refused(cell, degree, counts, law):
-    """With finer facets than the free master's; in the other order they are dragged."""
-    case, _ = led(cell, counts, law, range(DIMENSION[cell] - 1), degree)
-    with pytest.raises(SetUpError, match="is prescribed along x") as told:
-        SNESSolver(case.problem)
-    assert "give the sides in the other order, pairs=[(" in str(told.value)
-    case, x = led(cell, counts, law, range(DIMENSION[cell] - 1), degree, swap=True)
-    solver = SNESSolver(case.problem)
+def test_slaves_led_along_the_surface_solve(cell, degree, counts, law):
+    """With finer facets than the free master's, pressed and dragged. The surface of the
+    master tilts by the strain."""
+    case, x = led(cell, counts, law, range(DIMENSION[cell] - 1), degree)
+    with pytest.warns(ContactWarning, match="is prescribed along x") as told:
+        solver = SNESSolver(case.problem)
+    assert "contact is solved as by" in str(told[0].message)
     for place in (0.0, 0.002, 0.004):
         x.value = place
         iterations, _ = solver.solve()
         assert iterations <= 8
-        (found,) = case.contact.results.resultants()
-        assert found.force[-1] == pytest.approx(-4.0, rel=1e-9)
+        (found,) = case.contact.resultants()
+        assert found.force[-1] == pytest.approx(4.0, rel=1e-9)
         case.contact.advance()
-    assert found.force[0] == pytest.approx(0.3 * 4.0, rel=2e-2)
-
-
-@pytest.mark.mpi(where=lambda law, **_: law == "nodes")
-@pytest.mark.parametrize("law", AT)
-def test_slaves_led_along_one_axis_are_refused(law):
-    """Free along the other axis, in which friction holds the slave."""
-    case, _ = led("hexahedron", (2, 4), law, [0])
-    with pytest.raises(SetUpError, match="is prescribed along x, and"):
-        SNESSolver(case.problem)
-    case, x = led("hexahedron", (2, 4), law, [0], swap=True)
-    solver = SNESSolver(case.problem)
-    for place in (0.0, 0.02, -0.02):
-        sign = np.sign(place - x.value)
-        x.value = place
-        iterations, _ = solver.solve()
-        assert iterations <= 8
-        (found,) = case.contact.results.resultants()
-        assert found.force[2] == pytest.approx(-4.0, rel=1e-9)
-        assert found.force[0] == pytest.approx(sign * 0.3 * 4.0, rel=1e-2)
-        assert abs(found.force[1]) < 1e-9 * 4.0
-        case.contact.advance()
-
-
-@pytest.mark.mpi(where=lambda law, **_: law == "nodes")
-@pytest.mark.parametrize("law", AT)
-@pytest.mark.parametrize("friction", [None, Coulomb(0.3)])
-@pytest.mark.parametrize(
-    "cell, counts", [("quadrilateral", (4, 8)), ("hexahedron", (2, 3))]
-)
-def test_slaves_led_along_the_normal_are_refused(cell, counts, friction, law):
-    """In the other order they are pressed in few iterations."""
-    last = DIMENSION[cell] - 1
-    options = dict(friction=friction, width=1.0, more=[("top", i) for i in range(last)])
-    case, _ = led(cell, counts, law, [last], **options)
-    with pytest.raises(SetUpError, match="is prescribed along [yz], and"):
-        SNESSolver(case.problem)
-    case, y = led(cell, counts, law, [last], swap=True, **options)
-    solver = SNESSolver(case.problem)
-    for place in (-0.01, -0.02):
-        y.value = place
-        iterations, _ = solver.solve()
-        assert iterations <= 8
-        case.contact.advance()
-    (found,) = case.contact.results.resultants()
-    assert found.force[-1] < -1.0
+    assert found.force[0] == pytest.approx(-0.3 * 4.0, rel=2e-2)
 
 
 @pytest.mark.parametrize("law", AT)
 @pytest.mark.parametrize(
-    "cell, counts, friction, held, on",
+    "cell, counts, held, on",
     [
-        # Symmetry at the edge
-        ("quadrilateral", (4, 8), 0.3, (0,), ("upper_left",)),
-        # Rollers without friction
-        ("hexahedron", (2, 4), None, (0, 1), ("slave",)),
-        # The master is held there, too
-        ("hexahedron", (2, 4), 0.3, (1,), ("slave", "master")),
+        ("quadrilateral", (4, 8), (0,), ("upper_left",)),  # symmetry at the edge
+        ("hexahedron", (2, 4), (1,), ("slave",)),  # free along x
+        (
+            "quadrilateral",
+            (4, 8),
+            (1,),
+            ("slave",),
+        ),  # prescribed along the normal alone
     ],
 )
-def test_slaves_are_let_pass_where_they_or_no_side_balance(
-    cell, counts, friction, held, on, law
-):
-    friction = None if friction is None else Coulomb(friction)
-    case, _ = led(cell, counts, law, held, on=on, friction=friction)
+def test_sides_stay_where_slaves_may_slide(cell, counts, held, on, law):
+    case, _ = led(cell, counts, law, held, on=on)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         SNESSolver(case.problem)
