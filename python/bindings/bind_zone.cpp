@@ -1,12 +1,14 @@
 #include "bind.h"
+#include "raymortar/dual/dual_term.h"
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/node_conditions.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/penetrating_points.h"
+#include "raymortar/nodes/node_conditions.h"
+#include "raymortar/ties/tie_term.h"
+#include "strategy.h"
 #include "structs.h"
-#include <numeric>
 
 namespace raymortar::bindings
 {
@@ -76,7 +78,6 @@ py::dict points(const Zone& z)
   {
     out["slip"] = to_array(r.slip, vector);
     out["closing"] = to_array(r.closing);
-    out["dissipated"] = to_array(r.dissipated);
   }
   return out;
 }
@@ -197,43 +198,6 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
   (z.*set)(to_span(slave), to_span(master));
 }
 
-/// Points of springs as rows, facet by facet: facet, xi, area and vector
-py::array_t<double> rows_of(const SpringPoints& points, py::ssize_t gdim)
-{
-  std::vector<double> rows;
-  for (std::size_t f = 0; f + 1 < points.first.size(); ++f)
-    for (std::size_t q = points.first[f]; q < points.first[f + 1]; ++q)
-    {
-      rows.push_back(static_cast<double>(f));
-      for (py::ssize_t i = 0; i < gdim - 1; ++i)
-        rows.push_back(points.xi[q][i]);
-      rows.push_back(points.area[q]);
-      const auto* const rest =
-          points.rest.data() + static_cast<py::ssize_t>(q) * gdim;
-      rows.insert(rows.end(), rest, rest + gdim);
-    }
-  return to_array(rows,
-                  {static_cast<py::ssize_t>(points.xi.size()), 2 * gdim + 1});
-}
-
-SpringPoints spring_points(const Array<double>& rows, Index facets, int gdim)
-{
-  SpringPoints points;
-  points.first.assign(static_cast<std::size_t>(facets) + 1, 0);
-  const py::ssize_t width = 2 * gdim + 1;
-  for (py::ssize_t q = 0; q < rows.size() / width; ++q)
-  {
-    const double* const row = rows.data() + q * width;
-    ++points.first.at(static_cast<std::size_t>(row[0]) + 1);
-    points.xi.emplace_back(row[1], gdim == 3 ? row[2] : 0.0);
-    points.area.push_back(row[gdim]);
-    points.rest.insert(points.rest.end(), row + gdim + 1, row + width);
-  }
-  std::partial_sum(points.first.begin(), points.first.end(),
-                   points.first.begin());
-  return points;
-}
-
 /// Poses of the tools: (tools, 3, 3) and (tools, 3)
 template <void (Zone::*set)(std::span<const Pose>)>
 void set_poses(Zone& z, const Array<double>& rotation,
@@ -268,6 +232,27 @@ Freedom make_freedom(const Array<double>& centre, const Array<double>& drift,
     freedom.bends.push_back(Eigen::Map<const Rows>(bend.data() + 9 * k));
   return freedom;
 }
+/// What a zone is made of, with the choice of its terms
+struct ZoneArguments : ZoneInput
+{
+  Condition condition = Condition::points;
+  bool dual_multiplier = false; ///< of a law at nodes: by dual functions
+  std::optional<TieGap> tie;    ///< none: contact
+  Strategy strategy = Strategy::bvh;
+};
+
+ZoneInput with_terms(const ZoneArguments& given)
+{
+  ZoneInput input = given;
+  input.find_pairs = function_of(given.strategy);
+  if (given.tie)
+    input.terms = std::make_shared<TieTerms>(*given.tie);
+  else if (given.condition == Condition::nodes and
+           given.multipliers.components > 0)
+    given.dual_multiplier ? input.terms = std::make_shared<DualTerms>()
+                          : input.terms = std::make_shared<NodeTerms>();
+  return input;
+}
 } // namespace
 
 void bind_zone(py::module_& m)
@@ -297,7 +282,6 @@ void bind_zone(py::module_& m)
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
       .value("bvh", Strategy::bvh)
-      .value("advancing_front", Strategy::advancing_front)
       .value("pang", Strategy::pang);
   bind_options<PairFactors>(m, "PairFactors",
                             Field{"slaves", &PairFactors::slaves},
@@ -312,21 +296,21 @@ void bind_zone(py::module_& m)
   bind_options<PairFilter>(m, "PairFilter",
                            Field{"offsets", &PairFilter::offsets},
                            Field{"neighbours", &PairFilter::neighbours});
-  bind_options<ZoneInput>(
+  bind_options<ZoneArguments>(
       m, "ZoneInput", Field{"slave", &ZoneInput::slave},
       Field{"master", &ZoneInput::master}, Field{"tools", &ZoneInput::tools},
       Field{"master_node_ids", &ZoneInput::master_node_ids},
       Field{"master_dof_ids", &ZoneInput::master_dof_ids},
       Field{"multipliers", &ZoneInput::multipliers},
-      Field{"dual_multiplier", &ZoneInput::dual_multiplier},
+      Field{"dual_multiplier", &ZoneArguments::dual_multiplier},
       Field{"method", &ZoneInput::method},
-      Field{"condition", &ZoneInput::condition},
+      Field{"condition", &ZoneArguments::condition},
       Field{"friction", &ZoneInput::friction},
       Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
-      Field{"keeps_springs", &ZoneInput::keeps_springs},
       Field{"moving_segments", &ZoneInput::moving_segments},
-      Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
-      Field{"strategy", &ZoneInput::strategy},
+      Field{"tie", &ZoneArguments::tie},
+      Field{"distances", &ZoneInput::distances},
+      Field{"strategy", &ZoneArguments::strategy},
       Field{"subdivide", &ZoneInput::subdivide},
       Field{"segment_rules", &ZoneInput::segment_rules},
       Field{"facet_rule", &ZoneInput::facet_rule},
@@ -337,8 +321,10 @@ void bind_zone(py::module_& m)
            py::arg("drift"), py::arg("spin"), py::arg("bend"), py::arg("rows"));
   py::class_<Zone>(m, "Zone")
       .def(py::init(
-               [](int comm, const ZoneInput& input)
-               { return std::make_unique<Zone>(MPI_Comm_f2c(comm), input); }),
+               [](int comm, const ZoneArguments& input) {
+                 return std::make_unique<Zone>(MPI_Comm_f2c(comm),
+                                               with_terms(input));
+               }),
            py::arg("comm"), py::arg("input"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
@@ -361,7 +347,6 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
-      .def("set_law", &Zone::set_law, py::arg("condition"), py::arg("dual"))
       .def("set_unfelt",
            [](Zone& z, const Array<double>& parts,
               const Array<double>& accepted, const Array<std::int8_t>& kept)
@@ -393,35 +378,16 @@ void bind_zone(py::module_& m)
       .def("accepted_springs",
            [](const Zone& z)
            {
-             const auto springs = z.accepted_springs();
+             const auto field = z.accepted_springs();
              const Surface& s = z.state().slave;
-             const auto d = static_cast<py::ssize_t>(s.gdim);
-             return py::make_tuple(
-                 to_array(springs.nodal,
-                          {s.num_facets(), s.dofs_per_facet(), d}),
-                 rows_of(springs.points, d));
-           })
-      .def("set_couples_over_gaps", &Zone::set_couples_over_gaps,
-           py::arg("set"))
-      .def("set_spring_points",
-           [](Zone& z, const Array<double>& rows)
-           {
-             const Surface& s = z.state().slave;
-             z.set_spring_points(spring_points(rows, s.num_facets(), s.gdim));
+             return to_array(field, {s.num_facets(), s.dofs_per_facet(),
+                                     static_cast<py::ssize_t>(s.gdim)});
            })
       .def("set_poses", &set_poses<&Zone::set_poses>, py::arg("rotation"),
            py::arg("shift"))
       .def("set_old_poses", &set_poses<&Zone::set_old_poses>,
            py::arg("rotation"), py::arg("shift"))
       .def("set_freedoms", &Zone::set_freedoms, py::arg("freedoms"))
-      .def("slave_positions",
-           [](const Zone& z)
-           {
-             const Surface& s = z.state().slave;
-             return to_array(s.x,
-                             {static_cast<py::ssize_t>(s.x.size()) / s.gdim,
-                              static_cast<py::ssize_t>(s.gdim)});
-           })
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

@@ -143,9 +143,7 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
     truth("partial", partial)
     if getattr(method, "multiplier", None) == "normal":
         raise ContactError("the multiplier of a Tie is a vector, not 'normal'")
-    if getattr(method, "condition", None) == "nodes" or getattr(
-        method, "is_dual", False
-    ):
+    if getattr(method, "condition", None) == "nodes":
         raise ContactError("a Tie holds at points: it takes no condition='nodes'")
 
 

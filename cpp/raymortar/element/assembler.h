@@ -3,13 +3,11 @@
 
 #include "raymortar/element/facet_field.h"
 #include "raymortar/element/measure.h"
-#include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
-#include "raymortar/element/spring_points.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 #include <functional>
 #include <memory>
 #include <optional>
@@ -71,6 +69,8 @@ enum class LawFrame : std::int8_t
   master
 };
 
+class NodeSums;
+
 /// @brief Everything the element stage reads.
 struct ContactState
 {
@@ -85,12 +85,6 @@ struct ContactState
   std::optional<FrictionLaw> friction;     ///< none: frictionless
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
-  /// Whether slip within the cone is kept from step to step, as springs keep
-  /// it; false: friction takes its work, too
-  bool keeps_springs = true;
-  /// Whether friction makes a couple over the gaps that a multiplier leaves
-  /// open at single points; false: over those of an offset only
-  bool couples_over_gaps = false;
   bool moving_segments = false; ///< differentiate through the vertices, too
   bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
   FacetField gamma;         ///< traction per length
@@ -107,14 +101,13 @@ struct ContactState
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
   /// width gdim; empty: none
   FacetField traction_old;
-  SpringPoints spring_points; ///< what that lacks at points; empty: nothing
   Segmentation segmentation;
   SegmentRules segment_rules;
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
-  /// Of all zones and ranks that share nodes; with a law at nodes only
-  NodeSums node_sums;
+  /// Of all zones and ranks that share nodes; null: not known, or not needed
+  std::shared_ptr<const NodeSums> node_sums;
 
   /// Whether the law holds at nodes
   [[nodiscard]] bool has_law_at_nodes() const
@@ -160,13 +153,7 @@ struct PointResults
   /// Tangential traction of the law at its points, of which a multiplier is
   /// the mean, (points, gdim); friction only
   std::vector<double> friction;
-  /// Energy per area that friction takes in the step, (points,); friction only
-  std::vector<double> dissipated;
 };
-
-/// @brief Integrals of gap and slip with the test function of each node of a
-/// facet, (facets, nodes, 1 + gdim).
-using FacetIntegrals = std::vector<double>;
 
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major
 using BlockSink =
@@ -200,16 +187,6 @@ public:
                        const BlockSink& sink,
                        const CouplingSink& couplings) const = 0;
 
-  /// @brief What points give to the nodes at which the law holds.
-  /// @param[out] tested Gaps and slips of each facet, which `NodeSums` are then
-  /// without; null: all is in those
-  [[nodiscard]] virtual NodeSums node_sums(const ContactState&,
-                                           FacetIntegrals* tested) const
-  {
-    static_cast<void>(tested);
-    return {};
-  }
-
   /// @brief The law's results at every point.
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
@@ -218,22 +195,23 @@ public:
 /// components), for multipliers that are not shared between facets.
 using FacetTractions = std::vector<double>;
 
-struct DualField; ///< see dual_functions.h
-
-/// @brief Assembler for the multipliers, method and friction of `s`, whose
-/// facets and target may be of any kinds.
-/// @param[in] dual In place of the shape functions of the multiplier, whenever
+/// @brief Assembler for the multipliers, method and friction of `s`, whose law
+/// holds at points. Facets and target may be of any kinds.
+/// @param[in] tractions In place of those of the multiplier's nodes, whenever
 /// it assembles; null: those
 /// @throws Error for a combination that does not exist
 [[nodiscard]] std::unique_ptr<Assembler>
 make_assembler(const ContactState& s,
-               std::shared_ptr<const DualField> dual = nullptr);
+               std::shared_ptr<const FacetTractions> tractions = nullptr);
+
+/// @throws Error for a multiplier that is not stable
+void require_degree(const ContactState& s);
 
 /// @brief Assembler in dimension D; each has its own unit.
 template <int D>
 [[nodiscard]] std::unique_ptr<Assembler>
 assembler_in(const ContactState& s,
-             const std::shared_ptr<const DualField>& dual);
+             const std::shared_ptr<const FacetTractions>& tractions);
 
 /// @brief Slip T_n w of (2) at the points of a contact without friction, which
 /// otherwise does not need it, (points, gdim). Length.

@@ -3,5 +3,6 @@
 namespace raymortar
 {
 template std::unique_ptr<Assembler>
-assembler_in<3>(const ContactState&, const std::shared_ptr<const DualField>&);
+assembler_in<3>(const ContactState&,
+                const std::shared_ptr<const FacetTractions>&);
 } // namespace raymortar

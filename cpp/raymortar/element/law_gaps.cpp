@@ -39,7 +39,6 @@ PointResults results_without_hits(const ContactState& s)
           .gamma = scalars,
           .slip = slips,
           .closing = s.friction ? scalars : std::vector<double>{},
-          .friction = slips,
-          .dissipated = s.friction ? scalars : std::vector<double>{}};
+          .friction = slips};
 }
 } // namespace raymortar

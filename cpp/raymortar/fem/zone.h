@@ -1,7 +1,6 @@
 // A contact zone: an interface whose facets are spread over ranks.
 #pragma once
 
-#include "raymortar/element/springs.h"
 #include "raymortar/fem/halo.h"
 #include "raymortar/interface/interface.h"
 #include <optional>
@@ -161,13 +160,6 @@ public:
   /// which multipliers are eliminated  [theory (4.31)].
   void set_eliminated(bool on) { _interface.set_eliminated(on); }
 
-  /// @brief See Interface::set_law.
-  void set_law(Condition condition, bool dual)
-  {
-    _interface.set_law(condition, dual);
-    _has_node_sums = false;
-  }
-
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
   /// @param[in] factors Of gamma by the bodies of a slave and a master facet
@@ -196,27 +188,13 @@ public:
   {
     return state().has_law_at_nodes() and not _has_node_sums;
   }
-  /// @brief What this zone gives to the sums.
-  [[nodiscard]] NodeSums own_node_sums() { return _interface.own_node_sums(); }
   /// @brief Set the sums of all zones and ranks that share nodes.
-  void set_node_sums(NodeSums sums);
+  void set_node_sums(std::span<const double> sums);
 
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,
   /// gdim).
-  [[nodiscard]] Springs accepted_springs() const;
-
-  /// @brief Whether friction makes couples over gaps, see ContactState.
-  void set_couples_over_gaps(bool set)
-  {
-    _interface.set_couples_over_gaps(set);
-  }
-
-  /// @brief What springs hold at points, as `accepted_springs` gives it.
-  void set_spring_points(SpringPoints points)
-  {
-    _interface.set_spring_points(std::move(points));
-  }
+  [[nodiscard]] std::vector<double> accepted_springs() const;
 
   /// @brief All stages at the current displacement; none if nothing has moved
   /// since the last time, or if a tie has its pairs.

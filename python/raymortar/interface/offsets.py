@@ -119,8 +119,9 @@ class Offsets:
             return None
         return (
             f"the argument offset makes an interference of {overlap:.4g} on "
-            f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
-            "length in the unit of the mesh"
+            f"{facets.spoken}, more than the {there:.4g} of body that "
+            "lies behind the thinner side: it is a length in the unit of the mesh, "
+            "negative where bodies overlap"
         )
 
 

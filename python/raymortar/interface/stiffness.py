@@ -30,9 +30,6 @@ from .probing import VolumePattern, deviators, stiffness_without_bulk
 from .surface_compliance import SurfaceCompliance
 from .zone_data import ZoneData
 
-# Ratio of (5.16) to (5.2) below which bodies bend (docs/measured/slip_fronts.md)
-BENDS = 0.015
-
 # Pressure that is rounding error, of gamma times the size of a facet
 NO_PRESSURE = 1e-10
 

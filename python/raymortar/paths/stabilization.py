@@ -222,8 +222,9 @@ class Stabilization:
             self._said = True
             warn(
                 f"{problem.convergence.groups.names()[body]} may "
-                f"{motion_in_words(problem, body, change)}: nothing resists that. Viscous "
-                "forces hold it from here on; prescribe it if its place matters",
+                f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
+                f"more than {self.share:.1e} of its forces drives it. Viscous forces hold "
+                "it from here on; prescribe it if the place matters",
             )
         return iterations
 

@@ -212,14 +212,14 @@ class FreeBodies:
         is_turned = np.linalg.norm(loose.T @ pushed) > AT_REST * np.linalg.norm(pushed)
         text = (
             f"the rigid {body.name} {'is turned' if is_turned else 'may turn'} about an "
-            f"axis of its symmetry, and nothing resists that: leave {names} out of free, or "
-            "give stiffness or friction"
+            f"axis of its symmetry, and without friction nothing resists that: leave "
+            f"{names} out of free, or give it stiffness or the Contact friction"
         )
         if is_turned:
             raise SetUpError(text)
         if body not in self._told:
             self._told.add(body)
-            warn(text, page="contact")
+            warn(text)
 
     def _loose_turns(self, body: Body) -> Array:
         """Turns that change no gap and that no spring resists, as orthonormal columns

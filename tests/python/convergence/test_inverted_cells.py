@@ -15,7 +15,7 @@ from raymortar import Contact, ContactWarning, LoadSteps, NonlinearProblem
 from raymortar.diagnose.inverted import inverted_cells
 from raymortar.tools import vector_space
 
-TOLD = r"the bodies at \(.*\): {} cell\(s\) are turned inside out"
+TOLD = r"{} cell\(s\) turned inside out, the worst around the undeformed \("
 
 
 class Blocks:
@@ -75,10 +75,9 @@ def test_what_is_far_from_its_place_is_not_inside_out(cell):
         lambda x: 50.0 + 0.0 * x[:2],
     ):
         blocks.u.interpolate(moved)
-        assert list(inverted_cells(blocks.contact)) == []
+        assert inverted_cells(blocks.contact) == (0, "")
     blocks.u.interpolate(lambda x: np.array([-2.0 * x[0], np.zeros_like(x[0])]))
-    (found,) = inverted_cells(blocks.contact)
-    assert found.size == blocks.cells
+    assert inverted_cells(blocks.contact)[0] == blocks.cells
 
 
 @pytest.mark.mpi
