@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from .discretization.surfaces import Smooth
 from .discretization.slave_fields import FieldValue
+from .discretization.surfaces import Smooth
 from .errors import ContactError, of_type
 from .interaction import Interaction
 from .interactions import Interactions

@@ -109,7 +109,7 @@ class Flux(Addition):
         fields: Sequence[Function] = (),
         tool: float | ToolField | None = None,
     ) -> None:
-        _require_point_tractions("Flux", contact)
+        _require_point_tractions(contact)
         comm = contact.layout.comm
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         with together(comm):
@@ -240,15 +240,15 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
             )
 
 
-def _require_point_tractions(owner: str, contact: Any) -> None:
+def _require_point_tractions(contact: Any) -> None:
     """Raise unless the argument is a contact whose tractions at points are known. A dual
     multiplier that was chosen gives way to a vector."""
-    of_type(f"{owner}.contact", contact, Contact, "a Contact")
-    why = f"{owner} takes tractions at points"
+    of_type("Flux.contact", contact, Contact, "a Contact")
+    why = "Flux takes tractions at points"
     if contact.method.is_dual and not contact.assembly.change_law(
         "nodes", "vector", why
     ):
         raise ContactError(
-            f"{owner}.contact has multiplier='dual', whose traction at a point is not "
-            f"known to {owner}: take multiplier='vector'"
+            "Flux.contact has multiplier='dual', whose traction at a point is not known "
+            "to Flux: take multiplier='vector'"
         )

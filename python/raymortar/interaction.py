@@ -20,7 +20,6 @@ from .state import State
 from .states import States
 from .system.coupled import CoupledSystem
 
-
 # Names that have moved, with the attribute that has them now
 _MOVED = {
     name: owner
@@ -57,11 +56,8 @@ class Interaction:
 
     def __init__(self, system: CoupledSystem, pairs: PairTable) -> None:
         self.system, self.states = system, States(system)
-        self.unknowns, self.parts, self.zones = (
-            system.unknowns,
-            system.parts,
-            system.zones,
-        )
+        self.unknowns = system.unknowns
+        self.parts, self.zones = system.parts, system.zones
         self.pair_table = pairs
         self.results: Any = None if hooks.results is None else hooks.results(self)
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,7 +18,7 @@ from .errors import require_agreement
 from .hooks import hooks
 
 
-class Target:
+class Target(ABC):
     """A master that has no facets.
 
     Attributes
@@ -53,19 +54,19 @@ class Target:
         """Whether any of its motions follows from forces."""
         return len(self.freedom) > 0
 
+    @abstractmethod
     def motion(self) -> Array:
         """Everything that determines the position, (15,)."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pushed(self) -> tuple[Array, Array]:
         """Forces along its unknowns other than contact, (n,), and minus their
         derivative, (n, n). Force, and force per length."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pose_of(self, motion: Array) -> tuple[Array, Array]:
         """Rotation R (3, 3) and shift b (3,) of its points after a motion:
         x = R X + b."""
-        raise NotImplementedError
 
 
 def as_target(master: Any) -> Target | None:

@@ -90,30 +90,21 @@ def contact_energy(_):
     return Outcome([*heights, elastic, springs], iterations)
 
 
-@case(
-    "CalculiX",
-    "test/contact6.inp, .dat.ref",
-    "two hexahedra that overlap by 1e-4, faces kept flat, force 4",
-    [
+OVERLAPPING = dict(
+    code="CalculiX",
+    source="test/contact6.inp, .dat.ref",
+    scene="two hexahedra that overlap by 1e-4, faces kept flat, force 4",
+    figures=[
         Figure("height of the lower cube", -1.414996e-5, 1e-6),
         Figure("of the slave", 8.571368e-5, 2e-3),
         Figure("of the top", -1.011036e-6, 2e-3, scale=8.571368e-5),
     ],
-    law="points",
     verdict="its springs (1e9 at nodes) leave an overlap of 1.4e-7; a multiplier none",
 )
-@case(
-    "CalculiX",
-    "test/contact6.inp, .dat.ref",
-    "two hexahedra that overlap by 1e-4, faces kept flat, force 4",
-    [
-        Figure("height of the lower cube", -1.414996e-5, 1e-6),
-        Figure("of the slave", 8.571368e-5, 2e-3),
-        Figure("of the top", -1.011036e-6, 2e-3, scale=8.571368e-5),
-    ],
-    law="dual",
-    verdict="its springs (1e9 at nodes) leave an overlap of 1.4e-7; a multiplier none",
-)
+
+
+@case(**OVERLAPPING, law="points")
+@case(**OVERLAPPING, law="dual")
 def overlapping_cubes(law):
     scene, load = two_cubes(overlap=1e-4)
     problem = build(

@@ -23,8 +23,8 @@ from ..errors import (
 from ..hooks import hooks
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
-from ..target import Target, require_same_loads
 from ..state import Owner, Quantity, common, of_array, of_function
+from ..target import Target, require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction

@@ -24,7 +24,7 @@ from ..discretization.facets import (
 from ..discretization.ranks import index_among, of_all
 from ..discretization.surfaces import Surface
 from ..discretization.tagged import ZoneFacets
-from ..target import Target, Motions
+from ..target import Motions, Target
 
 Masters = tuple[int | str, ...] | tuple[Target, ...]
 
