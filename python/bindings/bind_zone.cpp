@@ -366,7 +366,6 @@ void bind_zone(py::module_& m)
            [](Zone& z, const Array<double>& parts,
               const Array<double>& accepted, const Array<std::int8_t>& kept)
            { z.set_unfelt(to_span(parts), to_span(accepted), to_span(kept)); })
-      .def("set_eliminated", &Zone::set_eliminated, py::arg("on"))
       .def(
           "set_gamma",
           [](Zone& z, const Array<double>& gamma, double scale,

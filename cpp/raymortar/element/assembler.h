@@ -92,10 +92,9 @@ struct ContactState
   /// open at single points; false: over those of an offset only
   bool couples_over_gaps = false;
   bool moving_segments = false; ///< differentiate through the vertices, too
-  bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
-  FacetField gamma;         ///< traction per length
-  PairFactors pair_factors; ///< of gamma, where a master is hit
-  FacetField offset;        ///< added to gaps, > 0: a clearance. Length
+  FacetField gamma;             ///< traction per length
+  PairFactors pair_factors;     ///< of gamma, where a master is hit
+  FacetField offset;            ///< added to gaps, > 0: a clearance. Length
   /// In place of the number of Coulomb's or Tresca's law; empty: that number
   FacetField friction_coefficient;
   /// Bound of a friction law that is known at points only, (points,); empty:

@@ -1,5 +1,5 @@
 #include "raymortar/element/excess.h"
-#include "raymortar/element/extension.h"
+#include "raymortar/element/facet_fit.h"
 #include "raymortar/element/target.h"
 #include "raymortar/element/turned_traction.h"
 #include "raymortar/geometry/predicates.h"
@@ -17,19 +17,22 @@ constexpr int corrections = 60, first_corrections = 20;
 constexpr double settled = 1e-13, converges = 0.7;
 
 template <int D>
-class Excess
+class Excess : FacetFit<D>
 {
-  static constexpr int T = D - 1;
-  /// Nodal field of one facet
-  using Nodal = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9>;
-  /// Shape functions of the displacement
-  using Shapes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
+  using Base = FacetFit<D>;
+  using Base::_results;
+  using Base::_shapes;
+  using Base::_state;
+  using Base::_width;
+  using Base::facets;
+  using Base::shapes_at;
+  using Base::T;
+  using typename Base::Nodal;
+  using typename Base::Shapes;
 
 public:
   Excess(const ContactState& state, const PointResults& results)
-      : _state(state), _results(results),
-        _shapes(state.slave.shape, state.slave.degree),
-        _width(static_cast<std::size_t>(_shapes.nodes()) * D),
+      : Base(state, results),
         _part(facets(), FacetMatrix::Zero(_shapes.nodes(), _shapes.nodes())),
         _load(facets(), Nodal::Zero(D, _shapes.nodes())), _known(facets()),
         _slips(facets(), false), _change(facets(), 0.0),
@@ -49,35 +52,20 @@ public:
   }
 
 private:
-  [[nodiscard]] std::size_t facets() const
-  {
-    return static_cast<std::size_t>(_state.slave.num_facets());
-  }
-
-  /// Call with the number of each closed point and of its facet
   template <class Call>
   void for_closed_points(Call&& call) const
   {
-    for (std::size_t q = 0; q < _state.points.size(); ++q)
-      if (_results.status[q] >= ContactStatus::stick and
-          _state.points.area[q] > 0.0)
-        call(q, static_cast<std::size_t>(_state.points.slave[q]));
+    Base::for_closed_points(
+        [&](std::size_t q, std::size_t f)
+        {
+          if (_state.points.area[q] > 0.0)
+            call(q, f);
+        });
   }
 
   [[nodiscard]] Eigen::Map<Nodal> field(std::size_t f)
   {
     return Eigen::Map<Nodal>(_field.data() + f * _width, D, _shapes.nodes());
-  }
-
-  /// Shape functions at a point
-  [[nodiscard]] Shapes shapes_at(std::size_t q) const
-  {
-    ShapeRows<T> rows;
-    _shapes.first(_state.points.xi[q].template head<T>(), rows);
-    Shapes N(_shapes.nodes());
-    for (int a = 0; a < _shapes.nodes(); ++a)
-      N[a] = rows[static_cast<std::size_t>(a)][0];
-    return N;
   }
 
   /// Value of a vector at a point, from its nodal values
@@ -194,7 +182,7 @@ private:
   void add_change(std::size_t q)
   {
     const auto f = static_cast<std::size_t>(_state.points.slave[q]);
-    const Shapes N = shapes_at(q);
+    const Shapes N = shapes_at(_state.points.xi[q]);
     const double gamma = gamma_at(q, N);
     const Vec<D> start = tangential(multiplier(q) + gamma * field_at(f, N), q);
     const Vec<D> end = vector(_results.friction, q);
@@ -279,7 +267,7 @@ private:
   {
     const Index facet = _state.points.slave[q];
     const auto f = static_cast<std::size_t>(facet);
-    const Shapes N = shapes_at(q);
+    const Shapes N = shapes_at(_state.points.xi[q]);
     const double gamma = gamma_at(q, N);
     const double touch =
         tolerance::touch *
@@ -294,10 +282,6 @@ private:
                 N);
   }
 
-  const ContactState& _state;
-  const PointResults& _results;
-  ShapeFunctions<T> _shapes;       ///< of the displacement
-  std::size_t _width;              ///< numbers of a nodal field, per facet
   std::vector<FacetMatrix> _part;  ///< mass of the closed points
   std::vector<Nodal> _load;        ///< integrals of the change
   std::vector<FacetMatrix> _known; ///< polynomials of the closed points

@@ -1,24 +1,27 @@
 #include "raymortar/element/springs.h"
-#include "raymortar/element/extension.h"
+#include "raymortar/element/facet_fit.h"
 
 namespace raymortar
 {
 namespace
 {
 template <int D>
-class Fit
+class Fit : FacetFit<D>
 {
-  static constexpr int T = D - 1;
-  /// Nodal field of one facet
-  using Nodal = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9>;
-  /// Shape functions of the displacement
-  using Shapes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
+  using Base = FacetFit<D>;
+  using Base::_results;
+  using Base::_shapes;
+  using Base::_state;
+  using Base::_width;
+  using Base::facets;
+  using Base::for_closed_points;
+  using Base::shapes_at;
+  using typename Base::Nodal;
+  using typename Base::Shapes;
 
 public:
   Fit(const ContactState& state, const PointResults& results)
-      : _state(state), _results(results),
-        _shapes(state.slave.shape, state.slave.degree),
-        _width(static_cast<std::size_t>(_shapes.nodes()) * D)
+      : Base(state, results)
   {
     _found.nodal.assign(facets() * _width, 0.0);
   }
@@ -32,11 +35,6 @@ public:
   }
 
 private:
-  [[nodiscard]] std::size_t facets() const
-  {
-    return static_cast<std::size_t>(_state.slave.num_facets());
-  }
-
   /// Collect the closed points facet by facet, with what springs hold there
   void sort_points()
   {
@@ -57,16 +55,6 @@ private:
           to.area[at] = std::abs(_results.weight[q]); // slivers may be turned
           held(at) = Eigen::Map<const Vec<D>>(_results.friction.data() + q * D);
         });
-  }
-
-  /// Call with the number of each closed point and of its facet
-  template <class Call>
-  void for_closed_points(Call&& call) const
-  {
-    for (std::size_t q = 0; q < _state.points.size(); ++q)
-      if (_results.status[q] >= ContactStatus::stick and
-          _state.points.area[q] != 0.0)
-        call(q, static_cast<std::size_t>(_state.points.slave[q]));
   }
 
   /// Take the polynomial of a facet from what its points hold
@@ -99,20 +87,6 @@ private:
     return Eigen::Map<Vec<D>>(_found.points.rest.data() + q * D);
   }
 
-  [[nodiscard]] Shapes shapes_at(const Vec<2>& xi) const
-  {
-    ShapeRows<T> rows;
-    _shapes.first(xi.template head<T>(), rows);
-    Shapes N(_shapes.nodes());
-    for (int a = 0; a < _shapes.nodes(); ++a)
-      N[a] = rows[static_cast<std::size_t>(a)][0];
-    return N;
-  }
-
-  const ContactState& _state;
-  const PointResults& _results;
-  ShapeFunctions<T> _shapes; ///< of the displacement
-  std::size_t _width;        ///< numbers of a nodal field, per facet
   Springs _found;
 };
 } // namespace

@@ -16,8 +16,8 @@ struct Springs
 /// @brief Tangential traction of the penalty in the present state, for the next
 /// step to start from  [theory (4.13)].
 ///
-/// At the same place the next step finds it as it is. Facets without a closed
-/// point hold none.
+/// At the same points the next step begins with the same traction. Facets
+/// without a closed point hold none.
 /// @param[in] results Of the present state
 [[nodiscard]] Springs accepted_springs(const ContactState& state,
                                        const PointResults& results);

@@ -157,10 +157,6 @@ public:
     _interface.set_unfelt(parts, accepted, kept);
   }
 
-  /// @brief Set whether the next residuals and tangents belong to a system from
-  /// which multipliers are eliminated  [theory (4.31)].
-  void set_eliminated(bool on) { _interface.set_eliminated(on); }
-
   /// @brief See Interface::set_law.
   void set_law(Condition condition, bool dual)
   {

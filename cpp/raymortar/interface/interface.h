@@ -86,9 +86,6 @@ public:
                   std::span<const double> accepted,
                   std::span<const std::int8_t> kept);
 
-  /// @brief See Zone::set_eliminated.
-  void set_eliminated(bool on) { _state.eliminated = on; }
-
   /// @brief See Zone::set_gamma.
   void set_gamma(std::span<const double> gamma, double scale,
                  PairFactors factors);

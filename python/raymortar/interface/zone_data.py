@@ -373,6 +373,7 @@ def _pressed(found: dict[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SpringPoints:
-    """Numbers the rows of what the springs of a zone hold at points, see `ZoneData`."""
+    """Marks an array as rows of `ZoneData.spring_points`, so that files can write their
+    facets by number."""
 
     zone: ZoneData
