@@ -17,7 +17,7 @@ from problems import COMM, DIMENSION
 
 from meshes.scenes import two_blocks
 from raymortar import Contact
-from raymortar.condensed.condensed_problem.condensation import Condensation
+from raymortar.condensed.condensation import Condensation
 from raymortar.core import compat
 
 ONE, HALF = Fraction(1), Fraction(1, 2)

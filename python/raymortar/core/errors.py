@@ -52,7 +52,11 @@ class ContactWarning(UserWarning):
 _speaks: bool | None = None
 # Frames that are not the user's: of this package, and of context managers and cached
 # properties in it
-_OWN_CODE = str(Path(__file__).parent) + os.sep, contextlib.__file__, functools.__file__
+_OWN_CODE = (
+    str(Path(__file__).parents[1]) + os.sep,
+    contextlib.__file__,
+    functools.__file__,
+)
 
 
 def speak_on(comm: MPI.Comm) -> None:
