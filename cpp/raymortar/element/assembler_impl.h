@@ -15,13 +15,11 @@ class AssemblerOf final : public Assembler
   static constexpr bool nodal = holds_at_nodes<Law>;
   using Kernel =
       std::conditional_t<nodal, NodalElement<D, Law>, AnyElement<D, Law>>;
-  using F = typename Kernel::F;
-  static constexpr int L = Kernel::L;
   static constexpr int M = Kernel::M;
   using Data = typename Kernel::Data;
-  using Slave = SlavePoint<F, L, Law>;
+  using Slave = SlavePoint<D, Law>;
   template <bool Slopes>
-  using Hit = HitPoint<F, L, Law, Slopes>;
+  using Hit = HitPoint<D, Law, Slopes>;
 
   /// Nothing where points have conditions of their own
   struct NoNodes
@@ -172,8 +170,7 @@ private:
       sums.template at<D>(node, NodeVector::normal) += w * p.normal;
       if constexpr (is_frictional<Law>)
       {
-        sums.at(node, NodeSum::coefficient) +=
-            w * p.value(e.history.coefficient);
+        sums.at(node, NodeSum::coefficient) += w * e.history.coefficient[0];
         sums.template at<D>(node, NodeVector::slip) += w * p.old.w;
       }
     }
@@ -211,7 +208,7 @@ private:
         const Slave p(e, at.at);
         kernel.add_miss_tangent(e, p, at.shapes);
         if (along)
-          Gradient::miss(e, at.at, p, at.shapes, *along);
+          Gradient::miss(e, p, at.shapes, *along);
       }
       return Kernel::has_condition and along;
     }
@@ -219,7 +216,7 @@ private:
     // All that an open point does is what its multiplier does
     if (M == 0 and p.response.status == ContactStatus::open)
       return false;
-    const HitSlopes<F, L, Law> slopes(e, at.at, p);
+    const HitSlopes<D, Law> slopes(e, p);
     kernel.add_hit_tangent(e, p, slopes, at.shapes);
     if constexpr (nodal)
       kernel.add_node_tangents(e, p, slopes, at.shapes, *at.nodes);

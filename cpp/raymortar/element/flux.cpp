@@ -173,7 +173,7 @@ private:
   {
     const auto& e = _points.data;
     const typename Element::template Hit<true> p(e, _points.at);
-    const typename Element::HitTangent by(e, _points.at, p);
+    const typename Element::HitTangent by(e, p);
     const FluxSlopes<D> slopes(p, flux, k);
     const Vec<2> h = leaving(p, flux, k);
     _element.add_tangent(e, p, by, slopes, h, _field, _points.shapes);

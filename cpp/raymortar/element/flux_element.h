@@ -13,8 +13,6 @@ class FluxElement : public AnyElement<D, Law>
 {
 public:
   using Base = AnyElement<D, Law>;
-  using F = typename Base::F;
-  using Base::L;
   using Base::M;
   using Base::T;
   using Data = typename Base::Data;
@@ -86,14 +84,14 @@ public:
   }
 
   /// @brief Integrand per unit of weight, and its change along the slave.
-  static void set_integrand(const Data& e, const ElementPoint<F>& q,
+  static void set_integrand(const Data& e, const ElementPoint& q,
                             const Hit<true>& p, const HitTangent& by,
                             const FluxSlopes<D>& d, const Vec<2>& h,
                             const Vec<T>& law_xi, const FluxAt<D>& field,
                             const Shapes& at, AnyIntegrand<D>& out)
   {
-    using Columns = FacetColumns<F, L, Law>;
-    const typename TaylorGradient<D, Law>::Place along(e, q, p, by.dual);
+    using Columns = FacetColumns<D, Law>;
+    const typename TaylorGradient<D, Law>::Place along(e, p, by.dual);
     const Mat<1, T> no_gamma = Mat<1, T>::Zero();
     const Mat<M, T> no_lam = Mat<M, T>::Zero();
     const Mat<M, T> lam = e.lam.template block<M, T>(0, 1);

@@ -95,7 +95,7 @@ template <class Data, class Hit, class Condition>
   {
     share += c.by_w * p.old.w;
     if (e.history.has_coefficient)
-      share += p.value(e.history.coefficient) * c.by_coefficient;
+      share += e.history.coefficient[0] * c.by_coefficient;
   }
   return share;
 }
