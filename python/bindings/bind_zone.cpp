@@ -1,10 +1,13 @@
 #include "bind.h"
+#include "raymortar/dual/dual_term.h"
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/node_conditions.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/penetrating_points.h"
+#include "raymortar/nodes/node_conditions.h"
+#include "raymortar/ties/tie_term.h"
+#include "strategy.h"
 #include "structs.h"
 
 namespace raymortar::bindings
@@ -229,6 +232,27 @@ Freedom make_freedom(const Array<double>& centre, const Array<double>& drift,
     freedom.bends.push_back(Eigen::Map<const Rows>(bend.data() + 9 * k));
   return freedom;
 }
+/// What a zone is made of, with the choice of its terms
+struct ZoneArguments : ZoneInput
+{
+  Condition condition = Condition::points;
+  bool dual_multiplier = false; ///< of a law at nodes: by dual functions
+  std::optional<TieGap> tie;    ///< none: contact
+  Strategy strategy = Strategy::bvh;
+};
+
+ZoneInput with_terms(const ZoneArguments& given)
+{
+  ZoneInput input = given;
+  input.find_pairs = function_of(given.strategy);
+  if (given.tie)
+    input.terms = std::make_shared<TieTerms>(*given.tie);
+  else if (given.condition == Condition::nodes and
+           given.multipliers.components > 0)
+    given.dual_multiplier ? input.terms = std::make_shared<DualTerms>()
+                          : input.terms = std::make_shared<NodeTerms>();
+  return input;
+}
 } // namespace
 
 void bind_zone(py::module_& m)
@@ -258,7 +282,6 @@ void bind_zone(py::module_& m)
   py::enum_<Strategy>(m, "Strategy")
       .value("brute_force", Strategy::brute_force)
       .value("bvh", Strategy::bvh)
-      .value("advancing_front", Strategy::advancing_front)
       .value("pang", Strategy::pang);
   bind_options<PairFactors>(m, "PairFactors",
                             Field{"slaves", &PairFactors::slaves},
@@ -273,20 +296,21 @@ void bind_zone(py::module_& m)
   bind_options<PairFilter>(m, "PairFilter",
                            Field{"offsets", &PairFilter::offsets},
                            Field{"neighbours", &PairFilter::neighbours});
-  bind_options<ZoneInput>(
+  bind_options<ZoneArguments>(
       m, "ZoneInput", Field{"slave", &ZoneInput::slave},
       Field{"master", &ZoneInput::master}, Field{"tools", &ZoneInput::tools},
       Field{"master_node_ids", &ZoneInput::master_node_ids},
       Field{"master_dof_ids", &ZoneInput::master_dof_ids},
       Field{"multipliers", &ZoneInput::multipliers},
-      Field{"dual_multiplier", &ZoneInput::dual_multiplier},
+      Field{"dual_multiplier", &ZoneArguments::dual_multiplier},
       Field{"method", &ZoneInput::method},
-      Field{"condition", &ZoneInput::condition},
+      Field{"condition", &ZoneArguments::condition},
       Field{"friction", &ZoneInput::friction},
       Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
       Field{"moving_segments", &ZoneInput::moving_segments},
-      Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
-      Field{"strategy", &ZoneInput::strategy},
+      Field{"tie", &ZoneArguments::tie},
+      Field{"distances", &ZoneInput::distances},
+      Field{"strategy", &ZoneArguments::strategy},
       Field{"subdivide", &ZoneInput::subdivide},
       Field{"segment_rules", &ZoneInput::segment_rules},
       Field{"facet_rule", &ZoneInput::facet_rule},
@@ -297,8 +321,10 @@ void bind_zone(py::module_& m)
            py::arg("drift"), py::arg("spin"), py::arg("bend"), py::arg("rows"));
   py::class_<Zone>(m, "Zone")
       .def(py::init(
-               [](int comm, const ZoneInput& input)
-               { return std::make_unique<Zone>(MPI_Comm_f2c(comm), input); }),
+               [](int comm, const ZoneArguments& input) {
+                 return std::make_unique<Zone>(MPI_Comm_f2c(comm),
+                                               with_terms(input));
+               }),
            py::arg("comm"), py::arg("input"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)

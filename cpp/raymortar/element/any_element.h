@@ -5,7 +5,6 @@
 #include "raymortar/element/any_blocks.h"
 #include "raymortar/element/rates.h"
 #include "raymortar/element/turning.h"
-#include "raymortar/law/nodal.h"
 
 namespace raymortar
 {
@@ -20,7 +19,7 @@ public:
   static constexpr int T = D - 1;
   static constexpr int M = Law::template multiplier_size<D>;
   /// Whether points have a condition of their own
-  static constexpr bool has_condition = M > 0 and not holds_at_nodes<Law>;
+  static constexpr bool has_condition = M > 0 and holds_at_points<Law>;
   using Shapes = PointShapes<D>;
   using Data = TaylorData<D>;
   using Slave = SlavePoint<D, Law>;

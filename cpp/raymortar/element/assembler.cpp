@@ -3,8 +3,6 @@
 
 namespace raymortar
 {
-namespace
-{
 void require_degree(const ContactState& s)
 {
   if (s.multipliers.components == 0)
@@ -17,7 +15,6 @@ void require_degree(const ContactState& s)
                 std::to_string(s.slave.degree) +
                 ": 2D takes up to the displacement's degree, 3D takes 1");
 }
-} // namespace
 
 std::vector<double> slips_without_friction(ContactState s)
 {

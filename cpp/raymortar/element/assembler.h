@@ -3,12 +3,11 @@
 
 #include "raymortar/element/facet_field.h"
 #include "raymortar/element/measure.h"
-#include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 #include <functional>
 #include <memory>
 #include <optional>
@@ -65,6 +64,8 @@ enum class LawFrame : std::int8_t
   master
 };
 
+class NodeSums;
+
 /// @brief Everything the element stage reads.
 struct ContactState
 {
@@ -100,8 +101,8 @@ struct ContactState
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
-  /// Of all zones and ranks that share nodes; with a law at nodes only
-  NodeSums node_sums;
+  /// Of all zones and ranks that share nodes; null: not known, or not needed
+  std::shared_ptr<const NodeSums> node_sums;
 
   /// Whether the law holds at nodes
   [[nodiscard]] bool has_law_at_nodes() const
@@ -181,12 +182,6 @@ public:
                        const BlockSink& sink,
                        const CouplingSink& couplings) const = 0;
 
-  /// @brief What points give to the nodes at which the law holds.
-  [[nodiscard]] virtual NodeSums node_sums(const ContactState&) const
-  {
-    return {};
-  }
-
   /// @brief The law's results at every point.
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
@@ -195,14 +190,17 @@ public:
 /// components), for multipliers that are not shared between facets.
 using FacetTractions = std::vector<double>;
 
-/// @brief Assembler for the multipliers, method and friction of `s`, whose
-/// facets and target may be of any kinds.
+/// @brief Assembler for the multipliers, method and friction of `s`, whose law
+/// holds at points. Facets and target may be of any kinds.
 /// @param[in] tractions In place of those of the multiplier's nodes, whenever
 /// it assembles; null: those
 /// @throws Error for a combination that does not exist
 [[nodiscard]] std::unique_ptr<Assembler>
 make_assembler(const ContactState& s,
                std::shared_ptr<const FacetTractions> tractions = nullptr);
+
+/// @throws Error for a multiplier that is not stable
+void require_degree(const ContactState& s);
 
 /// @brief Assembler in dimension D; each has its own unit.
 template <int D>

@@ -2,7 +2,7 @@
 // add it to the tangent.
 #pragma once
 
-#include "raymortar/element/nodal_element.h"
+#include "raymortar/element/any_element.h"
 
 namespace raymortar
 {
@@ -86,36 +86,6 @@ public:
     if constexpr (Kernel::has_condition)
       set_condition(p, along, r.C,
                     chain<M>(condition_slopes(p), p, slopes, columns), at, out);
-  }
-
-  /// @brief Of the rows of nodes whose law holds there.
-  static void nodes(const Data& e, const ElementPoint& q, const Hit& p,
-                    const HitSlopes<D, Law>& slopes, const PointShapes<D>& at,
-                    const FacetConditions<D, Law>& nodes, AnyIntegrand<D>& out)
-  {
-    const Place along(e, p, slopes.dual);
-    const Mat<1, T> no_gamma = Mat<1, T>::Zero();
-    const Mat<M, T> no_lam = Mat<M, T>::Zero();
-    const FacetColumns<D, Law> columns(e, q, p, slopes, along.bend, no_gamma,
-                                       no_lam);
-    const double w = along.area.jacobian * at.scale;
-    for (int k = 0; k < nodes.size(); ++k)
-    {
-      const auto& c = nodes.at(k);
-      const auto& N = nodes.test(k);
-      const Vec<M> f = share_of_point(e, p, c);
-      const Mat<M, T> f_xi =
-          chain<M>(point_slopes<D, Law>(c), p, slopes, columns) +
-          p.gamma * c.by_gamma * along.log_gamma + f * along.area.log_jacobian;
-      for (int i = 0; i < M; ++i)
-      {
-        const auto row = static_cast<std::size_t>(at.side() + k * M + i);
-        out.f[row] = w * N[0] * f[i];
-        for (std::size_t j = 0; j < T; ++j)
-          out.f_xi[j][row] =
-              w * (N[0] * f_xi(i, static_cast<int>(j)) + f[i] * N[1 + j]);
-      }
-    }
   }
 
   /// @brief Of a point without a hit.

@@ -1,7 +1,5 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/stopwatch.h"
-#include "raymortar/element/node_conditions.h"
-#include "raymortar/element/springs.h"
 #include "raymortar/fem/parts.h"
 #include <algorithm>
 #include <array>
@@ -235,17 +233,15 @@ void Zone::set_node_bounds(std::vector<PointBound> bounds)
   _interface.set_node_bounds(std::move(bounds));
 }
 
-void Zone::set_node_sums(NodeSums sums)
+void Zone::set_node_sums(std::span<const double> sums)
 {
-  _interface.set_node_sums(std::move(sums));
+  _interface.set_node_sums(sums);
   _has_node_sums = true;
 }
 
 std::vector<double> Zone::accepted_springs() const
 {
-  if (state().has_law_at_nodes())
-    return accepted_ties(state());
-  return raymortar::accepted_springs(state(), assembler().results(state()));
+  return _interface.accepted_springs();
 }
 
 template <int D>

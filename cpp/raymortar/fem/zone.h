@@ -176,7 +176,7 @@ public:
     return state().has_law_at_nodes() and not _has_node_sums;
   }
   /// @brief Set the sums of all zones and ranks that share nodes.
-  void set_node_sums(NodeSums sums);
+  void set_node_sums(std::span<const double> sums);
 
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,

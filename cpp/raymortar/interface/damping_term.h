@@ -27,6 +27,7 @@ public:
     _crossing = std::move(facets);
   }
 
+  [[nodiscard]] DampingTerm* damping() override { return this; }
   void begin_step(const StepStart& start) override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
