@@ -88,9 +88,9 @@ def main(arguments=None):
     bcs = [tools.prescribe(V, tags.find(FOOT))]
     top = HEIGHT + RADIUS + GAP
     plate = rigid.Body(rigid.Line((0.0, top), (0.0, -1.0)), name="plate")
-    contact = raymortar.Contact(
-        u, None, [("all", plate)], raymortar.Penalty(GAMMA), raymortar.Coulomb(FRICTION)
-    )
+    pairs = [("all", "all"), ("all", plate)]
+    law = raymortar.Penalty(GAMMA), raymortar.Coulomb(FRICTION)
+    contact = raymortar.Contact(u, None, pairs, *law)
     F = bodies.NeoHookean(E, NU).residual(u, 4)
     problem = raymortar.NonlinearProblem(F, contact, bcs)
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from raymortar.contact import ContactState
+from raymortar.contact import State
 from raymortar.errors import raise_everywhere
 
 
@@ -31,6 +31,10 @@ def cells(contact):
     return contact.u.function_space.mesh.topology.original_cell_index
 
 
+# Before the names of a state's arrays in a file
+OF_STATE = "state of contact "
+
+
 def rank_file(path, comm):
     """Each rank keeps its own part of a checkpoint."""
     return path if comm.size == 1 else path.with_suffix(f".{comm.rank}.npz")
@@ -42,11 +46,6 @@ def save(path, contact, rows, **more):
     The file is replaced at once: an interruption leaves the old one or the new one.
     """
     comm, state = contact.layout.comm, contact.state()
-    springs = {
-        f"springs_{i}": field
-        for i, field in enumerate(state.traction_old)
-        if field is not None
-    }
     path = rank_file(path, comm)
     part = path.with_suffix(".part.npz")
     np.savez(
@@ -54,11 +53,7 @@ def save(path, contact, rows, **more):
         rows=np.array(rows),
         ranks=comm.size,
         cells=cells(contact),
-        u=state.u,
-        u_old=state.u_old,
-        multiplier=state.multiplier,
-        **springs,
-        **({} if state.unknowns is None else {"unknowns": state.unknowns}),
+        **{OF_STATE + name: array for name, array in state.items()},
         **more,
     )
     os.replace(part, path)
@@ -93,20 +88,17 @@ def load(path, contact, row):
     try:
         with np.load(rank_file(path, comm)) as data:
             found = {name: data[name] for name in data.files}
-        same = found["u"].shape == contact.u.x.array.shape
-        same = np.array_equal(found.pop("cells"), cells(contact)) and same
+        same = np.array_equal(found.pop("cells"), cells(contact))
         if found.pop("ranks") != comm.size or not same:
             problem = f"{path} is of another mesh, partition or number of ranks"
         else:
-            arrays = [found.pop(name) for name in ("u", "u_old", "multiplier")]
             rows = [row(*values) for values in found.pop("rows")]
-            zones = range(len(contact.zones))
-            springs = [found.pop(f"springs_{i}", None) for i in zones]
+            names = [name for name in found if name.startswith(OF_STATE)]
+            state = State((n[len(OF_STATE) :], found.pop(n)) for n in names)
     except DAMAGE as error:
         problem = f"{path} is not a whole checkpoint: {error}"
     raise_everywhere(comm, problem, SystemExit)
-    unknowns = found.pop("unknowns", None)
-    contact.restore(ContactState(*arrays, springs, unknowns))
+    contact.restore(state)
     return rows, found
 
 

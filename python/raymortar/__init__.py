@@ -3,6 +3,8 @@
 from . import dynamics, io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
+from .diagnose.failure import describe
+from .diagnose.outcome import require_convergence
 from .errors import (
     ContactError,
     ContactLost,
@@ -12,6 +14,8 @@ from .errors import (
 )
 from .field_problem import FieldProblem
 from .flux import Flux, FluxRates
+from .hooks import hooks
+from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
 from .interface.point_results import NodeStatus, PointStatus
 from .nonlinear_problem import NonlinearProblem
@@ -24,11 +28,18 @@ from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
 from .plotting.movie import Movie
 from .plotting.picture import plot
+from .solvers.automatic import suited_to_size
 from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
+from .system.kept_forms import keeper
 from .system.tool_part import ToolField
 from .tie import FieldTie, Tie
 from .wear import Archard, Wear
+
+# What the package adds to its core
+hooks.judge, hooks.describe = require_convergence, describe
+hooks.on_setup.append(warn_of_overlaps)
+hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 
 __version__ = "0.1.0"
 

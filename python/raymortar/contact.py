@@ -17,7 +17,6 @@ from .interface.coefficients import Interfaces, PairCoefficients
 from .interface.contact_surfaces import checked
 from .interface.offsets import Adjustment
 from .interface.point_results import CLOSED, OPEN
-from .interface.present import ContactState
 from .options.friction import Law
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
 from .results.nodal_fields import NodalFields, check_part
@@ -25,8 +24,9 @@ from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
 from .sides import Sides
+from .state import State
 
-__all__ = ["Contact", "ContactState"]
+__all__ = ["Contact", "State"]
 
 
 class Contact(NodalFields, Sides):
@@ -44,9 +44,10 @@ class Contact(NodalFields, Sides):
     pairs
         ``[(slave, master), ...]``: tags of facets by number or, with `names`, by name.
         Pairs with the same slave are one slave surface that meets all their masters. A
-        master may be a shape of `rigid`, or a `rigid.Body` that moves one. With
-        `Penalty` a tag may be slave and master; ``"all"``, or ``("all", tool)``: every
-        exterior facet may meet every other, and the tool.
+        master may be a shape of `rigid`, or a `rigid.Body` that moves one; with
+        ``("all", tool)`` every exterior facet may meet it. With `Penalty` a tag may be
+        slave and master, and with ``"all"``, which is ``[("all", "all")]``, every
+        exterior facet may meet every other.
     method
         `AugmentedLagrangian` or `Penalty`; where a surface meets itself the latter.
     friction

@@ -14,16 +14,22 @@ from dolfinx.fem import Function
 
 from . import compat
 from .convergence.balance import EPS
-from .discretization.forms import derivative, find_unknowns, list_of_conditions
+from .discretization.forms import (
+    derivative,
+    extended,
+    find_unknowns,
+    list_of_conditions,
+)
 from .discretization.layout import CoupledRows
 from .discretization.unknowns import Unknowns
 from .errors import ContactError, ConvergenceError, described, of_type, together
-from .flux import Flux, apart, parts_of_terms, require_tied_once
+from .flux import Flux
 from .interface.probing import row_sums
-from .solvers.automatic import direct
+from .solvers.linear import direct
 from .solvers.petsc_objects import PetscOptions, new_prefix
-from .system.fluxes import FluxTerms, extended, own_functions
+from .system.fluxes import FluxTerms
 from .system.volume import Forms
+from .terms import apart, require_apart
 from .tie import FieldTie
 
 # Defaults of PETSc's options
@@ -105,7 +111,7 @@ class FieldProblem:
                     "FieldProblem takes F, u, terms, bcs in this order: terms must be a "
                     f"Flux, a FieldTie or a list of them, not {described(terms)}"
                 )
-            require_tied_once(given)
+            require_apart(given)
             self.bcs = list_of_conditions(bcs)
             self.unknowns = Unknowns(functions[0])
             several = isinstance(F, (list, tuple))
@@ -114,14 +120,14 @@ class FieldProblem:
             find_unknowns(forms, table, functions, self.unknowns)
             if J is None:
                 table = [[derivative(form, f) for f in functions] for form in forms]
-        self.terms, parts = given, parts_of_terms(given)
-        own = own_functions(parts)
+        self.terms, self._fluxes = given, FluxTerms(given, moves=False)
+        own = list(self._fluxes.functions)
         self.unknowns.solve_for([*functions, *own], False)
         with together(self.comm):
             self.unknowns.conditions(self.bcs)  # refuses foreign ones
         self.layout = CoupledRows(self.unknowns, [])
         self.zones: list[Any] = []
-        self._fluxes = FluxTerms(self, parts, moves=False)
+        self._fluxes.start(self)
         compiled = partial(
             compat.form,
             form_compiler_options=form_compiler_options,
@@ -163,7 +169,7 @@ class FieldProblem:
         self.layout.from_vector(x, [])
         lacking = self.unknowns.lacking(self.bcs)
         rows = self._forms.residual(self.bcs, lacking.increment)
-        rows += self._fluxes.residual(lacking)
+        rows += self._fluxes.residual(self.bcs, lacking)
         b.array[:] = np.where(lacking.fixed, -lacking.owned, rows)
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
@@ -173,7 +179,7 @@ class FieldProblem:
         fixed = self.unknowns.owned_prescribed(self.bcs)
         self._forms.add_tangent(A, self.bcs, fixed)
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        self._fluxes.add_tangent(A, self.bcs, 0.0)
+        self._fluxes.add_tangent(A, self.bcs)
         A.assemble()
 
     # Solving

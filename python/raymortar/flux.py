@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -16,10 +15,11 @@ from .contact import Contact, require_point_tractions
 from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
 from .errors import ContactError, is_real_number, require_agreement, together
-from .options.user_laws import FluxLaw
+from .flux_law import FluxLaw
 from .system.flux_part import FluxPart
+from .system.fluxes import FluxTerms
 from .system.tool_part import ToolField
-from .tie import FieldTie
+from .terms import Addition
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class FluxRates:
     master_heat: float
 
 
-class Flux:
+class Flux(Addition):
     """A flux of a scalar field between the sides of contact, and the heat of friction.
 
     Give it to the problem in a list with its contact: ``NonlinearProblem([F_u, F_T],
@@ -96,6 +96,8 @@ class Flux:
     ...     return 2.0 * p**0.95 * (T_s - T_m) + 1e-8 * (T_s**4 - T_m**4)
     >>> flux = raymortar.Flux(contact, T, law)
     """
+
+    term = FluxTerms
 
     def __init__(
         self,
@@ -171,38 +173,6 @@ class Flux:
         return self.part.points(zone)
 
 
-def apart(given: Any) -> tuple[Any, list[Flux | FieldTie]]:
-    """Divide what a problem is given into contacts, and fluxes and ties of fields.
-
-    Raises
-    ------
-    ContactError
-        If a flux or a tie is there twice.
-    """
-    if isinstance(given, (Flux, FieldTie)):
-        return [], [given]
-    if not isinstance(given, (list, tuple)):
-        return given, []
-    terms = [one for one in given if isinstance(one, (Flux, FieldTie))]
-    for i, term in enumerate(terms):
-        if any(term is other for other in terms[:i]):
-            kind = type(term).__name__
-            raise ContactError(f"the {kind} of {term.part.name} is in the list twice")
-    return [one for one in given if not isinstance(one, (Flux, FieldTie))], terms
-
-
-def require_tied_once(terms: Sequence[Flux | FieldTie]) -> None:
-    """Raise on a rank where two ties hold one field on the same facets."""
-    ties = [term for term in terms if isinstance(term, FieldTie)]
-    for one, other in combinations(ties, 2):
-        pair = one.shared_pair(other)
-        if pair is not None:
-            raise ContactError(
-                f"two FieldTies of {one.part.name} tie the pair {pair}, whose "
-                "multipliers then have no unique values: leave one of them out"
-            )
-
-
 def _shares(friction_heat: Any) -> tuple[float, float]:
     """Shares of the heat of friction that slave and master take."""
     if friction_heat is None:
@@ -213,13 +183,6 @@ def _shares(friction_heat: Any) -> tuple[float, float]:
             "slave's share, or None"
         )
     return float(friction_heat), 1.0 - float(friction_heat)
-
-
-def parts_of_terms(terms: Sequence[Flux | FieldTie]) -> list[Any]:
-    """List parts of fluxes and ties, and of the tools that they share, each once."""
-    parts = [term.part for term in terms]
-    tools = [term.part.tool for term in terms if isinstance(term, Flux)]
-    return parts + list(dict.fromkeys(one for one in tools if one is not None))
 
 
 def _value_on_tools(contact: Contact, tool: Any) -> float | ToolField:

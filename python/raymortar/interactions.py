@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 from dolfinx.fem import Function
 
 from . import compat
@@ -16,10 +18,20 @@ from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
 from .interface.pairs import Pair, PairTable
-from .interface.present import JointState, State
 from .results.points import PointResults
 from .results.sums import Statistics, statistics
 from .rigid.body import Body
+from .state import (
+    Owners,
+    Quantity,
+    State,
+    common,
+    copy_of,
+    fault_of,
+    of_function,
+    of_part,
+)
+from .state import restore as write_all
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
 
@@ -28,7 +40,10 @@ class Interaction(PointResults, CoupledSystem):
     """One contact, or several in one problem: the base of `Contact`.
 
     Parts add to matrices and vectors, and each part's ``present`` pairs surfaces.
+    ``owners`` have further arrays of the state: ``contact.owners["motion"] = motion``.
     """
+
+    owners: Owners
 
     def __init__(
         self, unknowns: Unknowns, parts: Sequence[ContactAssembly], pairs: PairTable
@@ -77,10 +92,70 @@ class Interaction(PointResults, CoupledSystem):
         for part in self.parts:
             part.present.accept()
 
-    def state(self) -> Any:
-        """Copy of all unknowns, multipliers and histories, for `restore`."""
-        copies = tuple(part.present.copy() for part in self.parts)
-        return copies[0] if len(copies) == 1 else JointState(copies)
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the arrays of the accepted step and the present unknowns, each once, with
+        what further owners have."""
+        yield from self._of_contact()
+        yield from self.owners
+
+    def _of_contact(self) -> Iterator[Quantity]:
+        """Yield the arrays of contact itself."""
+        unknowns, first = self.unknowns, 0
+        yield common("contacts", [len(self.parts)], _other_number)
+        for k, f in enumerate(unknowns.functions):
+            yield of_function(f"unknown {k}", f, is_unknown=True)
+        for k, one in enumerate(unknowns.displacements):
+            yield self._accepted(k, one.u.function_space)
+        for k, part in enumerate(self.parts):
+            yield from part.present.quantities(k, first)
+            first += len(part.zones)
+        for k, body in enumerate(self._free):
+            of = body.freedom.state, body.freedom.restore
+            yield Quantity(f"free body {k}", *of, is_unknown=True)
+
+    def _accepted(self, k: int, V: Any) -> Quantity:
+        """The displacement of a mesh at the accepted step, which parts have alike."""
+        places = self.unknowns.u_places(k)
+        first, *others = [
+            of_part(f"accepted {k}", part.present, "u_old", places, V)
+            for part in self.parts
+        ]
+
+        def write(values: Array) -> None:
+            for one in (first, *others):
+                one.write(values)
+
+        return replace(first, write=write)
+
+    @property
+    def _free(self) -> list[Body]:
+        """The free rigid bodies, each once: several contacts may meet a body."""
+        return list(dict.fromkeys(b for part in self.parts for b in part.layout.bodies))
+
+    def changing(self) -> list[Quantity]:
+        """The arrays that a solve changes: unknowns, multipliers, free bodies."""
+        return [one for one in self._of_contact() if one.is_unknown]
+
+    def _fields(self) -> list[Quantity]:
+        """Unknowns and multipliers."""
+        return [one for one in self.changing() if one.by is not None]
+
+    def values_of(self, state: State) -> Array:
+        """All local unknowns in a state."""
+        count = len(self.unknowns.functions)
+        arrays = [state[f"unknown {k}"] for k in range(count)]
+        return arrays[0] if count == 1 else np.concatenate(arrays)
+
+    def u_of(self, state: State) -> Array:
+        """The displacement in a state, of this rank's dofs."""
+        return self.values_of(state)[self.unknowns.u_local]
+
+    def state(self) -> State:
+        """Copy of all unknowns, multipliers and histories, for `restore`: arrays by
+        name, such as ``"unknown 0"`` and ``"accepted 0"``, the accepted displacement.
+        """
+        self.unknowns.pull()
+        return copy_of(self.quantities())
 
     def restore(self, state: State) -> None:
         """Go back to a state of this object, or of one made alike. Collective.
@@ -93,61 +168,35 @@ class Interaction(PointResults, CoupledSystem):
             If it is of other contacts, or of another mesh, partition or method; nothing
             is then changed.
         """
-        raise_everywhere(self._comm, self._fault_of(state))
-        for part, one in zip(self.parts, state.parts):
-            part.present.restore(one)
+        raise_everywhere(self._comm, fault_of(state, self.quantities()))
+        write_all(state, self.quantities())
+        self.owners.note(state)
+        for part in self.parts:
+            part.present.restored()
         if any(part.present.updates for part in self.parts):
             self.update()
 
-    def _fault_of(self, state: Any) -> str | None:
-        """Return why the contacts cannot go back to a state, if so."""
-        presents = [part.present for part in self.parts]
-        if len(presents) == 1:
-            return presents[0].fault_of(state)
-        if not isinstance(state, JointState):
-            return (
-                f"state must be that of {len(presents)} contacts, as "
-                f"problem.contact.state() gives it, not {type(state).__name__}"
-            )
-        if len(state.parts) != len(presents):
-            return (
-                f"the state is of {len(state.parts)} contacts, here are {len(presents)}"
-            )
-        faults = [one.fault_of(part) for one, part in zip(presents, state.parts)]
-        found = [f"contact[{i}]: {f}" for i, f in enumerate(faults) if f is not None]
-        return found[0] if found else None
-
     def extrapolate(self, now: State, last: State, ratio: float) -> None:
         """Add a multiple of the change between two states to all unknowns."""
-        ends = [one.u if one.unknowns is None else one.unknowns for one in (now, last)]
-        self.unknowns.set_values(self.unknowns.values() + ratio * (ends[0] - ends[1]))
-        changes: dict[Body, Array] = {}  # several contacts may meet a body
-        for part, new, old in zip(self.parts, now.parts, last.parts):
-            f = part.surfaces.multiplier
-            if f is not None and new.multiplier is not None:
-                assert old.multiplier is not None
-                f.x.array[:] += ratio * (new.multiplier - old.multiplier)
-            for body, end, begin in zip(part.layout.bodies, new.freedoms, old.freedoms):
-                totals = body.freedom.totals_of
-                changes[body] = ratio * (totals(end) - totals(begin))
-        for body, moved in changes.items():
-            body.freedom.values = body.freedom.values + moved
+        for one in self._fields():
+            values = np.asarray(one.read())
+            one.write(values + ratio * (now[one.name] - last[one.name]))
+        for k, body in enumerate(self._free):
+            end, begin = (
+                body.freedom.totals_of(s[f"free body {k}"]) for s in (now, last)
+            )
+            body.freedom.values = body.freedom.values + ratio * (end - begin)
+        self.unknowns.pull()
 
     def go_back(self, begin: State, share: float) -> None:
         """Take back all but a share of the change of all unknowns since a state."""
-        arrays = [(self.u.x.array, begin.u)]
-        known: dict[Body, Array] = {}  # several contacts may meet a body
-        for part, old in zip(self.parts, begin.parts):
-            f = part.surfaces.multiplier
-            if f is not None and old.multiplier is not None:
-                arrays.append((f.x.array, old.multiplier))
-            known.update(zip(part.layout.bodies, old.freedoms))
-        arrays += [
-            (body.freedom.values, old[: len(body.freedom)])
-            for body, old in known.items()
-        ]
-        for values, start in arrays:
-            values[:] = start + share * (values - start)
+        for one in self._fields():
+            start = begin[one.name]
+            one.write(start + share * (np.asarray(one.read()) - start))
+        for k, body in enumerate(self._free):
+            start = begin[f"free body {k}"][: len(body.freedom)]
+            body.freedom.values = start + share * (body.freedom.values - start)
+        self.unknowns.pull()
 
     @property
     def results(self) -> PointResults:
@@ -189,7 +238,7 @@ class Interactions(Interaction):
     def __init__(self, contacts: Sequence[Any]) -> None:
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         _warn_of_shared_pairs(contacts)
-        self._contacts = tuple(contacts)
+        self._contacts, self.owners = tuple(contacts), Owners()
         self.join()
 
     def join(self) -> None:
@@ -278,13 +327,23 @@ def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
         for contact in contacts
     ]
     of_all = [i for i, pairs in enumerate(meshed) if any(p.slave == ALL for p in pairs)]
+    # Of each tool that all facets meet, the first contact in which they do
+    tools = {
+        pair.master: i
+        for i, contact in reversed(list(enumerate(contacts)))
+        for pair in contact.pairs
+        if pair.slave == ALL and isinstance(pair.master, Body)
+    }
     for i, (contact, pairs) in enumerate(zip(contacts, meshed)):
-        if of_all and i != of_all[0] and contact.tied is None and pairs:
-            return (
-                f"contact[{i}] has the pair {pairs[0]}, which is one of those of 'all' of "
-                f"contact[{of_all[0]}]: its contact would be counted twice; leave it "
-                "out, or name all pairs"
-            )
+        twice = [(pair, of_all[0]) for pair in pairs if of_all and contact.tied is None]
+        twice += [(p, tools[p.master]) for p in contact.pairs if p.master in tools]
+        for pair, j in twice:
+            if i != j:
+                return (
+                    f"contact[{i}] has the pair {pair}, which is one of those of 'all' "
+                    f"of contact[{j}]: its contact would be counted twice; leave it "
+                    "out, or name all pairs"
+                )
     return None
 
 
@@ -307,6 +366,11 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
                     4,
                 )
             known[sides] = i
+
+
+def _other_number(there: Array, here: Array) -> str:
+    """Say that a state is of more contacts or fewer."""
+    return f"the state is of {there[0]:.0f} contacts, here are {here[0]:.0f}"
 
 
 def _same_displacement(one: Unknowns, other: Unknowns) -> bool:

@@ -9,12 +9,11 @@ from typing import Any
 from petsc4py import PETSc
 
 from .contact import Contact
-from .diagnose.failure import describe
 from .errors import ContactError, ConvergenceError, require_agreement, together, warn
-from .flux import Flux
+from .hooks import hooks
 from .problem import CoupledProblem
 from .solvers.newton import SNESSolver
-from .tie import FieldTie
+from .terms import Addition
 
 # PETSc's option of that name
 ERROR = "snes_error_if_not_converged"
@@ -95,7 +94,7 @@ class NonlinearProblem(CoupledProblem):
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact | Flux | FieldTie],
+        contact: Contact | Sequence[Contact | Addition],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
@@ -156,7 +155,7 @@ class NonlinearProblem(CoupledProblem):
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""
-        return describe(self)
+        return hooks.describe(self)
 
     @property
     def solver(self) -> PETSc.SNES:

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .compat import Array, Indices
+from .discretization.tagged import levels
 from .errors import ContactError
 from .errors import direction as unit_vector
 from .errors import is_whole_number, vector
@@ -150,17 +151,6 @@ def patches(place: Callable[[Array], Any]) -> Callable[[Array, int], Indices]:
 def _padded(points: Array) -> Array:
     """Points with three coordinates."""
     return np.pad(points, ((0, 0), (0, 3 - points.shape[1])))
-
-
-def levels(coordinates: Array, tolerance: float) -> npt.NDArray[np.int64]:
-    """Whole numbers in the order of each coordinate, (n, d), equal where values next to
-    each other differ by no more than a tolerance."""
-    order = np.argsort(coordinates, axis=0, kind="stable")
-    steps = np.diff(np.take_along_axis(coordinates, order, axis=0), axis=0)
-    counts = np.cumsum(steps > tolerance, axis=0)
-    found = np.zeros(coordinates.shape, dtype=np.int64)
-    np.put_along_axis(found, order[1:], counts, axis=0)
-    return found
 
 
 def _bisected(coordinates: Array, ranks: int) -> Indices:

@@ -20,6 +20,7 @@ from .contact import Contact, one_or_several
 from .convergence.convergence import Convergence
 from .discretization.forms import (
     check_supports,
+    extended,
     find_unknowns,
     jacobians,
     list_of_conditions,
@@ -32,14 +33,22 @@ from .errors import (
     require_agreement,
     together,
 )
-from .flux import Flux, apart, parts_of_terms, require_tied_once
-from .interface.overlap import warn_of_overlap
+from .hooks import hooks
 from .interface.slave_nodes import warn_of_finer_rigid_slaves
 from .sides import exchange_where_needed
-from .system.fluxes import FluxTerms, extended, own_functions
 from .system.groups import groups_of
 from .system.volume import Updated, Volume
-from .tie import FieldTie
+from .terms import (
+    Addition,
+    Term,
+    added_sizes,
+    apart,
+    inertia_of,
+    is_linear,
+    kept_with,
+    require_apart,
+    terms_of,
+)
 
 
 class CoupledProblem:
@@ -51,13 +60,11 @@ class CoupledProblem:
 
     Attributes
     ----------
-    fluxes
-        Terms of fluxes and ties of fields, or None.
+    terms
+        Terms of the equations beside forms and contact.
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
-    restored
-        Further Functions that the last `Checkpoint.read` has set; None before.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
     """
@@ -65,7 +72,7 @@ class CoupledProblem:
     def __init__(
         self,
         F: Any,
-        contact: Contact | Sequence[Contact | Flux | FieldTie],
+        contact: Contact | Sequence[Contact | Addition],
         bcs: Sequence[Any] = (),
         J: Any = None,
         u: Any = None,
@@ -73,10 +80,10 @@ class CoupledProblem:
         jit_options: Mapping[str, Any] | None = None,
         update: Callable[[], object] | None = None,
     ) -> None:
-        contacts, terms = apart(contact)
-        if terms and not contacts:
+        contacts, additions = apart(contact)
+        if additions and not contacts:
             raise ContactError(
-                f"contact has a {type(terms[0]).__name__} and no Contact: give at "
+                f"contact has a {type(additions[0]).__name__} and no Contact: give at "
                 "least one Contact beside it, [contact, flux], or the field alone to a "
                 "FieldProblem"
             )
@@ -87,17 +94,18 @@ class CoupledProblem:
             self.bcs = list_of_conditions(bcs)
             if update is not None and not callable(update):
                 raise ContactError(f"update must be a function, not {update!r}")
-            for term in terms:
-                term.require_among(self.contact.contacts)
-            require_tied_once(terms)
-        parts = parts_of_terms(terms)
-        own = own_functions(parts)
+            for one in additions:
+                one.require_among(self.contact.contacts)
+            require_apart(additions)
+        self.terms: list[Term] = terms_of(additions)
+        own = [f for term in self.terms for f in term.functions]
         self.contact.solve_for([*functions, *own])
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
         if exchange_where_needed(self.contact, self.bcs):
             self.contact.solve_for([*functions, *own])
-        self.fluxes = FluxTerms(self.contact, parts) if parts else None
+        for term in self.terms:
+            term.start(self.contact)
         with together(comm):
             is_derivative = J is None
             if isinstance(F, (list, tuple)):
@@ -122,27 +130,21 @@ class CoupledProblem:
         self.history: list[float] = []
         self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
-        self.restored: tuple[Any, ...] | None = None
-        # Adds to each tangent before it is assembled, as `paths.SoftStick` does
-        self.soften: Callable[[PETSc.Mat], None] | None = None
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
         updated = None if update is None else Updated(unknowns, update)
         if updated is not None:
             updated.bring()  # the stiffness of the volume is read
         self._pattern = self.contact.prepare(a, self.bcs)
-        if self.fluxes is not None:
-            self._pattern.fluxes = self.fluxes
-            self.fluxes.choose_scales(self.contact.own_couplings)
-            self.fluxes.own_couplings(self._pattern.couplings)
-            for pattern in self.fluxes.patterns():
-                self._pattern.include(pattern)
-                pattern.destroy()
-        # With fluxes more than the facets' displacements changes from tangent to tangent
-        known = F if is_derivative and self.fluxes is None else None
+        self._pattern.terms = self.terms
+        for term in self.terms:
+            term.couple(self._pattern)
+        known = F if is_derivative and is_linear(self.terms) else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
         groups = groups_of(self.contact)
         self.convergence = Convergence(groups)
+        for term in self.terms:
+            term.set_groups(groups)
         self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
 
     def __repr__(self) -> str:
@@ -183,7 +185,8 @@ class CoupledProblem:
             fixed = self.contact.constrained(self.bcs)
             for one in self.contact.contacts:
                 warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
-                warn_of_overlap(one.surfaces, one.pairs)
+            for call in hooks.on_setup:
+                call(self)
         return A
 
     def make_room_for(self, M: PETSc.Mat) -> None:
@@ -263,11 +266,9 @@ class CoupledProblem:
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
         norms = self._assemble(b, True)
-        more = (
-            None if self.fluxes is None else self.fluxes.sizes(self.convergence.groups)
+        imbalance = self.convergence.measure(
+            norms, added_sizes(self.terms), self.inertia
         )
-        terms = self.volume.inertia_terms
-        imbalance = self.convergence.measure(norms, more, terms)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:
@@ -284,8 +285,9 @@ class CoupledProblem:
         norms. Collective."""
         lacking = self.contact.unknowns.lacking(self.bcs)
         volume = self.volume.residual(self.bcs, lacking.increment)
-        if contact and self.fluxes is not None:
-            volume += self.fluxes.residual(lacking)
+        for term in self.terms:
+            if contact or not term.is_of_contact:
+                volume += term.residual(self.bcs, lacking)
         return self.contact.assemble_residual(b, self.bcs, volume, lacking, contact)
 
     @property
@@ -333,20 +335,53 @@ class CoupledProblem:
         renewed = self.contact.extend_room(A)
         if not renewed:
             A.zeroEntries()
+        for term in self.terms:
+            term.add_matrices(A, self.bcs)
         self.volume.add_tangent(A, self.bcs)
         self.contact.add_tangent(A, self.bcs)
-        if self.fluxes is not None:
-            largest = self.convergence.groups.largest
-            self.fluxes.add_tangent(A, self.bcs, largest)
-        if self.soften is not None:
-            self.soften(A)
+        for term in self.terms:
+            term.add_tangent(A, self.bcs)
         A.assemble()
         return renewed
+
+    @contextmanager
+    def extended_by(self, term: Term) -> Iterator[None]:
+        """Have another term for a while. Collective."""
+        self.terms.append(term)
+        try:
+            yield
+        finally:
+            self.terms.remove(term)
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the tangent of all but contact is constant, and kept."""
+        return self.volume.is_linear and is_linear(self.terms)
+
+    @property
+    def kept(self) -> Any:
+        """Keeper of the constant tangent of all but contact: `tangent`, and `revision`,
+        which counts its matrices; None where it is not constant. Collective."""
+        return kept_with(self.terms, self.volume.kept) if self.is_linear else None
+
+    @property
+    def inertia(self) -> Array | None:
+        """Force of inertia that a unit of each owned unknown of the forms takes, (n,);
+        None: there is no inertia."""
+        return inertia_of(self.terms)
+
+    def forces_of_bodies(self) -> Array:
+        """Residual at the owned unknowns of the forms without contact, (n,).
+        Collective."""
+        rows = self.volume.forces(self.bcs)
+        for term in self.terms:
+            rows += term.forces(self.bcs)
+        return rows
 
     def forces(self) -> Array:
         """Residual at the owned dofs of u, contact included: forces that conditions have
         to add, (n,). Collective."""
-        rows = self.volume.forces(self.bcs)
+        rows = self.forces_of_bodies()
         b = self.create_vector()
         self.contact.assemble_vector(b)
         b.assemble()

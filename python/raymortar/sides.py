@@ -30,6 +30,7 @@ from .interface.present import PresentState
 from .interface.slave_nodes import CLOSE, distance_ratio, rigid_slaves
 from .interface.zone_data import ZoneData
 from .options.friction import Friction, Law
+from .state import Owners
 from .system.assembly import ContactAssembly
 
 
@@ -45,7 +46,7 @@ class Sides(Interaction):
     """
 
     def __init__(self, given: Given, friction: Law | None) -> None:
-        self.friction = friction
+        self.friction, self.owners = friction, Owners()
         self._make(given, given.options.method.gamma, given.options.offset)
         self._are_kept = False
 

@@ -20,7 +20,8 @@ from .errors import ContactError, is_one_of, raise_everywhere, require_agreement
 from .interface.flux_sides import TiedField
 from .interface.pairs import Pair
 from .options.methods import AugmentedLagrangian, Penalty, Search
-from .system.fluxes import TiePart
+from .system.fluxes import FluxTerms, TiePart
+from .terms import Addition
 
 ADJUST = ("keep", "close")
 # A field on a surface, and this rank's facets there
@@ -146,7 +147,7 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
         raise ContactError("a Tie holds at points: it takes no condition='nodes'")
 
 
-class FieldTie:
+class FieldTie(Addition):
     """A field that is continuous across surfaces whose meshes do not match. Collective.
 
     For temperatures, potentials, velocities: any field that is no displacement. Its
@@ -189,6 +190,8 @@ class FieldTie:
     >>> problem.solve()
     >>> tie.rate()  # heat from the upper body to the lower one, per time
     """
+
+    term = FluxTerms
 
     def __init__(
         self,
@@ -234,8 +237,14 @@ class FieldTie:
         pairs = ", ".join(map(str, self._tie.pairs))
         return f"<FieldTie of {self.part.name} across {pairs}>"
 
-    def require_among(self, contacts: Sequence[Any]) -> None:
-        """Do nothing: it needs no contact."""
+    def require_apart(self, other: Any) -> None:
+        """Raise on a rank where another tie holds the field on the same facets."""
+        pair = self.shared_pair(other) if isinstance(other, FieldTie) else None
+        if pair is not None:
+            raise ContactError(
+                f"two FieldTies of {self.part.name} tie the pair {pair}, whose "
+                "multipliers then have no unique values: leave one of them out"
+            )
 
     def shared_pair(self, other: FieldTie) -> Pair | None:
         """Find a pair on which this tie and another one hold the same field, as far as

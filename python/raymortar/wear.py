@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+
+from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import Function
@@ -19,6 +22,7 @@ from .discretization.surfaces import surface_normals
 from .errors import (
     ContactError,
     ConvergenceError,
+    SetUpError,
     described,
     is_real_number,
     positive,
@@ -29,6 +33,7 @@ from .errors import (
 )
 from .interface.zone_data import ZoneData
 from .options.user_laws import check_functions, real_values
+from .state import Quantity, of_function
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
@@ -89,7 +94,8 @@ class Wear:
     ----------
     depth
         Depth so far, positive: a Function of degree 1 on the slave's mesh, 0 off the
-        slave surfaces. Give it to ``Checkpoint(more=[wear.depth])`` to keep it.
+        slave surfaces. To start from a worn surface set its values. It is a part of the
+        contact's state, which a `Checkpoint` keeps.
     step
         Largest depth of the last accepted step. Length.
 
@@ -124,7 +130,7 @@ class Wear:
                     "Wear.contact has an offset, which wear would replace: set "
                     "wear.depth instead"
                 )
-            of = contact.assembly.present.watchers
+            of = contact.assembly.present.followers
             if any(isinstance(one, Wear) for one in of):
                 raise ContactError(
                     "the offset of Wear.contact is set by something else already, a Wear: "
@@ -154,16 +160,17 @@ class Wear:
         self.array = np.zeros(len(self._areas))
         self._owned: int = V.dofmap.index_map.size_local
         self._anderson = Anderson(self._comm, self._areas[: self._owned])
-        # The last implicit step's depth, and its first estimate
-        self._last: tuple[Array, float] | None = None
-        self._wears = 0.0
+        # The last implicit step's depth, and the sum of its first estimate; 0: none
+        self._last, self._then, self._wears = self.array, 0.0, 0.0
         self._accepted: int | None = None
-        # The offset that it has given the contact
+        # The offset that it has given the contact, and the depth that this has
         self._offset: Function | None = None
+        self._sent = self.array.copy()
         self._may_warn, self._may_be_told = not self.implicit, True
-        contact.assembly.present.watchers.add(self)
+        present = contact.assembly.present
+        present.follow(self)
         if self.implicit:
-            contact.assembly.present.corrections.append(self)
+            present.corrections.append(self)
 
     def __repr__(self) -> str:
         return f"<Wear of {self.contact!r} by {self.law!r}>"
@@ -194,12 +201,12 @@ class Wear:
         change, stiffness = self._depths()
         if self.implicit:
             change = self.array
-            self._last = (change, self._wears) if self._wears > 0.0 else None
+            self._last, self._then = change, self._wears
         self._accepted = steps
         self.step = largest_of(self._comm, change)
         self.depth.x.array[:] += change
         self.array = np.zeros(len(change))
-        self._widen(self.depth)
+        self.bring()
         if self._may_warn:
             self._warn_if_coarse(stiffness)
         if self.largest is not None and self.step > self.largest:
@@ -254,33 +261,54 @@ class Wear:
         if (
             self._anderson.count == 0
             and largest_of(self._comm, self.array) == 0.0
-            and self._last is not None
-        ):
-            last, then = self._last  # as deep as the last step, for as much pressure
-            nearer = last * (wears / then)
+            and self._then > 0.0
+        ):  # as deep as the last step, for as much pressure
+            nearer = self._last * (wears / self._then)
         if self._anderson.count == 0:
             self._wears = wears
-        self.set(self._anderson.next(self.array, nearer, found > BARELY * deepest))
+        values = self._anderson.next(self.array, nearer, found > BARELY * deepest)
+        self.array = np.maximum(values, 0.0)
         return change / deepest
 
-    def set(self, values: Array) -> None:
-        """Set the depth that the present implicit step adds, (nodes,); 0 at first.
-        Length."""
-        self.array = np.maximum(values, 0.0)
-        whole = Function(self.depth.function_space)
-        whole.x.array[:] = self.depth.x.array + self.array
-        self._widen(whole)
+    # State
 
-    def _widen(self, depth: Function) -> None:
-        """Set the contact's offset, which is nobody else's. Collective."""
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the depth so far, what an implicit step adds, and what the last one
+        has added, from which the next one starts."""
+        V = self.depth.function_space
+        yield of_function("worn depth", self.depth)
+        if self.implicit:
+            names = {"array": "depth of the step", "_last": "depth of the last step"}
+            for one, name in names.items():
+                yield Quantity(
+                    name, partial(getattr, self, one), partial(setattr, self, one), V
+                )
+            yield Quantity(
+                "wear of the last step", lambda: np.array(self._then), self._set_then
+            )
+
+    def _set_then(self, value: Array) -> None:
+        self._then = float(value)
+
+    def bring(self) -> None:
+        """Set the contact's offset, which is nobody else's, where the depth is another
+        one than it has. Collective."""
+        whole = self.depth.x.array + self.array
+        is_new = not np.array_equal(whole, self._sent)
+        if not self._comm.allreduce(is_new, op=MPI.LOR):
+            return
         with together(self._comm):
             present = self.contact.offset
             if present is not self._offset and present is not self.depth:
-                raise ContactError(
+                raise SetUpError(
                     "the offset of Wear.contact was set by something else: one Wear has "
                     "it for itself; set wear.depth instead"
                 )
-        self._offset = depth
+        depth = self.depth
+        if self._comm.allreduce(bool(self.array.any()), op=MPI.LOR):
+            depth = Function(self.depth.function_space)
+            depth.x.array[:] = whole
+        self._offset, self._sent = depth, whole
         self.contact.set_offset(depth)
 
     # Depth of a step

@@ -48,13 +48,16 @@ class Model:
         given = {"more": self.more, "history": self.history} | options
         return Checkpoint(self.problem, path, **given)
 
-    def follow(self, begin, end):
-        """Steps of the path between two of them."""
+    def steps(self, begin, end):
+        """LoadSteps of the path between two of its steps."""
         span = (begin / STEPS, end / STEPS)
-        steps = LoadSteps(
+        return LoadSteps(
             self.solver, self.apply, end - begin, path=span, history=self.history
         )
-        return list(steps)
+
+    def follow(self, begin, end):
+        """Follow the path between two of its steps."""
+        return self.steps(begin, end).run()
 
 
 def blocks(comm, partition, dim=2, cell="quadrilateral", degree=1, **options):

@@ -134,6 +134,31 @@ def test_rooms_may_import_from_the_same_room_and_below(tmp_path):
     assert check(tree) == (0, "")
 
 
+BREAK = {
+    "python/raymortar/problem.py": "from .sides import exchange",
+    "python/raymortar/sides.py": "",
+}
+
+
+@pytest.mark.parametrize(
+    "files, complaint",
+    [
+        (BREAK, "problem imports sides, a floor"),
+        ({**BREAK, "scripts/core_breaks.txt": "problem sides\n"}, ""),
+        (
+            {"scripts/core_breaks.txt": "problem sides\n"},
+            "problem imports sides no more: take it off core_breaks.txt",
+        ),
+    ],
+)
+def test_the_core_imports_no_floor_but_those_that_are_listed(
+    tmp_path, files, complaint
+):
+    """The list may only shrink: what is mended is taken off it."""
+    code, said = check(make_tree(tmp_path, files))
+    assert (code, complaint in said) == (int(bool(complaint)), True)
+
+
 def test_an_equation_number_is_unique(tmp_path):
     """A number that is given twice says nothing."""
     code, said = check(make_tree(tmp_path, {"docs/theory/index.md": THEORY + THEORY}))

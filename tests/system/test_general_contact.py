@@ -9,9 +9,12 @@ import gathered
 import numpy as np
 import pytest
 from dolfinx import fem
-from problems import COMM, fix, residual, stack
+from problems import COMM, DIMENSION, fix, residual, stack
 
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from raymortar import (
+    AugmentedLagrangian,
     Checkpoint,
     Contact,
     ContactError,
@@ -132,7 +135,7 @@ def test_new_contacts_are_found_along_a_path():
 def test_all_facets_meet_a_tool_too():
     pile = Pile()
     tool = rigid.Body(rigid.Line((0.0, 3.02), (0.0, -1.0)), name="plate")
-    contact = pile.contact([("all", tool)])
+    contact = pile.contact([("all", "all"), ("all", tool)])
     pile.bcs = [pile.bcs[0], pile.bcs[2]]
     problem = NonlinearProblem(pile.F, contact, pile.bcs)
 
@@ -145,6 +148,67 @@ def test_all_facets_meet_a_tool_too():
     assert ("all", "plate") in met
     push = contact.resultant_on(tool).force
     np.testing.assert_allclose(contact.resultant("top_2").force, -push, atol=1e-9)
+
+
+def pressed_on_tools(cell, everywhere, friction, method):
+    """Forces of a floor and of a lid on a block, whose facets may all meet both; or the
+    same with one tag on all of them."""
+    dim = DIMENSION[cell]
+    sides = {"left_0": 1, "front_0": 2} if dim == 3 else {"left_0": 1}
+    named = {name.partition("_")[0]: tag for name, tag in sides.items()}
+    block = Block((3,) * dim, (0.0,) * dim, (1.0,) * dim, tags=named)
+    scene = Scene(*assemble_blocks(COMM, [block], cell), sides)
+    mesh = scene.mesh
+    u = fem.Function(compat.vector_space(mesh, 1))
+    F = residual(scene, u, "neo-hookean", 10.0)[0]
+    up = np.eye(dim)[-1]
+    flat = rigid.Line if dim == 2 else rigid.Plane
+    floor = rigid.Body(flat(0.0 * up, up), name="floor")
+    lid = rigid.Body(flat(up, -up), name="lid")
+    skin = compat.exterior_facets(mesh)
+    tags = compat.meshtags(mesh, dim - 1, skin, np.full(len(skin), 9))
+    slave, tags = ("all", None) if everywhere else (9, tags)
+    pairs = [(slave, floor), (slave, lid)]
+    contact = Contact(u, tags, pairs, method, friction)
+    bcs = [fix(u.function_space, scene, name, k) for k, name in enumerate(sides)]
+    problem = NonlinearProblem(F, contact, bcs)
+
+    def apply(t):
+        lid.move(-0.1 * t * up)
+
+    LoadSteps(problem.snes_solver, apply, 2).run()
+    forces = [contact.resultant_on(body).force for body in (floor, lid)]
+    return np.array(forces), gathered.owned(
+        u.function_space, u.x.array.reshape(-1, dim)
+    )
+
+
+@pytest.mark.parametrize("friction", [None, Coulomb(0.3)], ids=["frictionless", "mu"])
+@pytest.mark.parametrize("cell", ["triangle", "quadrilateral", "hexahedron"])
+def test_all_facets_meet_tools_with_a_multiplier(cell, friction):
+    """The tools lead; no facet meets another."""
+    method = AugmentedLagrangian()
+    whole, u = pressed_on_tools(cell, True, friction, method)
+    named, same = pressed_on_tools(cell, False, friction, method)
+    np.testing.assert_allclose(u, same, atol=1e-11)
+    np.testing.assert_allclose(whole, named, rtol=1e-10, atol=1e-11)
+    assert whole[0, -1] == pytest.approx(-whole[1, -1]) and abs(whole[0, -1]) > 0.05
+
+
+def test_all_facets_beside_named_ones_have_contacts_of_their_own():
+    pile = Pile()
+    tool = rigid.Body(rigid.Line((0.0, 3.02), (0.0, -1.0)), name="plate")
+    pairs, names = [("all", tool), ("top_0", "bottom_1")], pile.scene.tags
+    with pytest.raises(ContactError, match="has slave 'all' beside others"):
+        Contact(pile.u, pile.scene.facet_tags, pairs, names=names)
+    one = Contact(pile.u, None, [("all", tool)])
+    for master, fails in ((tool, True), ("bottom_1", False)):
+        other = pile.contact([("top_0", master)])
+        if not fails:
+            NonlinearProblem(pile.F, [one, other], pile.bcs)
+            continue
+        with pytest.raises(ContactError, match="one of those of 'all' of contact.0"):
+            NonlinearProblem(pile.F, [one, other], pile.bcs)
 
 
 def test_exact_penalty_closes_the_gap():

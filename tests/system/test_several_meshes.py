@@ -234,8 +234,13 @@ def test_tags_are_a_list(scenes):
 
 
 def test_a_tag_is_on_one_mesh(scenes):
-    with refused("are on several meshes: a tag has to be on one"):
-        contact_of([scenes[0], hosts.meshes(divisions=(2, 2))[0]])
+    twice = [scenes[0], hosts.meshes(divisions=(2, 2))[0]]
+    with refused(
+        r"tag \d+ are on several meshes: use each tag number on one mesh only"
+    ):
+        contact_of(twice)
+    with refused("same pair: use each tag number on one mesh only"):
+        contact_of(twice, pairs=[(LOWER + 2, LOWER + 2)])
 
 
 def test_slaves_are_on_one_mesh(scenes):

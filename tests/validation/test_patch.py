@@ -7,6 +7,8 @@ vertices, and over all multiplier unknowns.
 
 from itertools import product
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from problems import CELLS, COMM, DIMENSION, build, fix, stack, worst
@@ -115,11 +117,32 @@ def test_uniform_pressure_on_irregular_meshes(cell, degree):
         DIMENSION[cell],
         cell,
         perturb=0.2,
-        # Quadrilaterals without parallel sides: see the next test
+        # Quadrilaterals without parallel sides: see `shaken_hexahedra`
         perturb_sides=0.0 if cell == "hexahedron" else 0.25,
         pattern="random",
     )
     check_uniaxial(press(scene, degree))
+
+
+def shaken_hexahedra(degree, quadrature_degree):
+    """Largest share by which a pressure differs from the uniform one, where all nodes of
+    the sides are moved by up to a quarter of a cell."""
+    scene = two_blocks(COMM, 3, "hexahedron", perturb=0.2, perturb_sides=0.25)
+    problem = press(scene, degree, quadrature_degree=quadrature_degree)
+    lam = problem.contact.multiplier.x.array[problem.contact.zones[0].multiplier_nodes]
+    return COMM.allreduce(
+        float(np.abs(lam / -PRESSURE - 1.0).max(initial=0.0)), MPI.MAX
+    )
+
+
+@pytest.mark.parametrize("degree, at_first", [(1, 4e-6), (2, 2e-6)])
+def test_uniform_pressure_on_shaken_hexahedra(degree, at_first):
+    """Shape functions are no polynomials in the plane of such facets, so that no rule is
+    exact; the error falls faster than any power of the degree."""
+    errors = [shaken_hexahedra(degree, q) for q in (None, 8, 12)]
+    print(errors)
+    assert errors[0] <= at_first
+    assert errors[1] <= 1e-2 * at_first and errors[2] <= 1e-4 * at_first
 
 
 @pytest.mark.mpi(where=lambda swap, **_: not swap)

@@ -211,6 +211,45 @@ def test_implicit_steps_of_any_size(cell, degree, k):
     assert abs(wear.volume() / depth - 1.0) <= 1e-7
 
 
+@pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
+@pytest.mark.parametrize("implicit", [False, True])
+@pytest.mark.parametrize("is_paired", [False, True])
+def test_a_worn_surface_at_the_start_acts_in_the_first_step(cell, implicit, is_paired):
+    """As the same offset does, also where values are set after an update."""
+    forces = []
+    for worn in (True, False):
+        case = Worn(cell, friction=Coulomb(0.3))
+        if worn:
+            wear = Wear(case.contact, Archard(1e-12), implicit=implicit)
+            if is_paired:
+                case.contact.update()
+            wear.depth.x.array[:] = 0.4 * PUSH
+        else:
+            case.contact.set_offset(0.4 * PUSH)
+        case.problem.solve()
+        forces.append(case.contact.resultant().force[-1])
+    assert abs(forces[0] / forces[1] - 1.0) <= (1e-9 if implicit else 1e-12)
+    assert abs(forces[1] / (0.6 * PUSH) - 1.0) <= 0.1
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_a_depth_goes_back_with_its_contact(implicit):
+    case = Worn(friction=Coulomb(0.3))
+    wear = Wear(case.contact, Archard(5.0), implicit=implicit)
+    case.slide(wear, 2)
+    state, force = case.contact.state(), case.contact.resultant().force
+    depth = wear.depth.x.array.copy()
+    found = [case.slide(wear, 2)]
+    assert worst(wear.depth.x.array - depth) > 0.0
+    case.tool.move((2 * SLIDE, 0.0))
+    case.contact.restore(state)
+    assert np.array_equal(wear.depth.x.array, depth)
+    case.contact.update()
+    np.testing.assert_allclose(case.contact.resultant().force, force, rtol=1e-12)
+    found.append(case.slide(wear, 2))
+    np.testing.assert_allclose(*found, rtol=1e-10)
+
+
 def uneven(implicit, k, steps=6, degree=1):
     """Differences of depth over a slab that starts with a rough surface, by step."""
     case = Worn("triangle", degree)
@@ -218,7 +257,6 @@ def uneven(implicit, k, steps=6, degree=1):
     y = wear.depth.function_space.tabulate_dof_coordinates()[:, 1]
     on = np.flatnonzero(np.abs(y) < 1e-12)
     wear.depth.x.array[on] = 1e-4 * np.cos(np.pi * np.arange(len(on)))
-    case.contact.set_offset(wear.depth)
     found = [np.ptp(wear.depth.x.array[on])]
 
     def accept():

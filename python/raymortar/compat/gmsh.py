@@ -20,6 +20,7 @@ from dolfinx import cpp as _cpp
 
 from ..errors import ContactError, format_point, spoken_tag, together
 from .generation import HAS_UFL_ELEMENTS, Array, Indices
+from .gmsh_nodes import without_holes
 from .meshes import as_destinations, connectivity, given_partition, meshtags
 
 Partition = Callable[[Array, int], npt.ArrayLike]
@@ -111,6 +112,7 @@ def read_gmsh(
                 model = stack.enter_context(_opened(Path(source)))
             if here:
                 _check_model(model)
+                model = without_holes(model)
         names: dict[str, tuple[int, int]] = {}
         for dim, tag in model.getPhysicalGroups() if here else ():
             names[model.getPhysicalName(dim, tag)] = int(dim), int(tag)

@@ -32,22 +32,8 @@ FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 # Residuals at either end of a history that a message lists
 _ENDS = 5
 
-_REASONS = {
-    "FUNCTION_DOMAIN": "the residual has no value there",
-    "FUNCTION_COUNT": "too many residuals were asked for",
-    "LINEAR_SOLVE": "the linear solver failed",
-    "MAX_IT": "the largest number of iterations was reached",
-    "LINE_SEARCH": "the line search found no smaller residual",
-    "INNER": "an inner solve failed",
-    "LOCAL_MIN": "the same residuals come again and again",
-    "DTOL": "the residual grew beyond the divergence tolerance",
-    "JACOBIAN_DOMAIN": "the tangent has no value there",
-    "TR_DELTA": "the trust region became too small",
-}
 # Relative difference of residuals that a message calls the same
 _ALIKE = 0.02
-# Its name in petsc4py has changed
-NOT_A_NUMBER = -4
 # Factor off the automatic coefficient up to which solves hardly suffer
 FAR_OFF = 100.0
 # Ratio of moduli from which the softer side is the better slave (docs/surfaces)
@@ -173,14 +159,6 @@ def has_diverged(history: Sequence[float]) -> bool:
     return len(norms) > 0 and bool(
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
     )
-
-
-def reason_in_words(reason: int) -> str:
-    """Put PETSc's reason for the end of a nonlinear solve in words."""
-    reasons = PETSc.SNES.ConvergedReason
-    known = {getattr(reasons, f"DIVERGED_{k}", None): v for k, v in _REASONS.items()}
-    known[NOT_A_NUMBER] = "the residual is no number"
-    return f"SNES reason {reason}" + (f": {known[reason]}" if reason in known else "")
 
 
 def list_of_residuals(history: Sequence[float]) -> str:

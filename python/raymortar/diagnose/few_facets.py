@@ -85,7 +85,7 @@ def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
     """
     unknowns, volume = problem.contact.unknowns, problem.volume
     surfaces = problem.contact.parts[0].surfaces
-    forces = volume.forces(problem.bcs)[unknowns.u_owned]
+    forces = problem.forces_of_bodies()[unknowns.u_owned]
     V, bodies = surfaces.u.function_space, surfaces.bodies
     d = V.dofmap.index_map_bs
     u = unknowns.owned_values()[unknowns.u_owned].reshape(-1, d)
@@ -98,7 +98,7 @@ def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
         with unknowns.lent() as rest:
             rest[unknowns.u_local] = 0.0
             unknowns.set_values(rest)
-            forces = forces - volume.forces(problem.bcs)[unknowns.u_owned]
+            forces = forces - problem.forces_of_bodies()[unknowns.u_owned]
     sides = zone.facets.slave_surface, zone.facets.master_surface
     touch = np.zeros(bodies.count)
     touch[np.concatenate([bodies_of_facets(bodies, side) for side in sides])] = 1.0

@@ -131,7 +131,7 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
 
 def far_on_springs(problem: CoupledProblem) -> list[str]:
     """Name bodies that have moved far on springs alone, not by their inertia. Collective."""
-    if problem.volume.inertia_terms is not None:
+    if problem.inertia is not None:
         return []
     groups, contact = problem.convergence.groups, problem.contact
     dim, count = contact.u.function_space.dofmap.index_map_bs, contact.bodies.count

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain, combinations, product
 from typing import Any
 
+from mpi4py import MPI
+
 import ufl
+from dolfinx import fem
 from dolfinx.fem import Function, FunctionSpace
 from ufl.algorithms import expand_derivatives
 
@@ -46,12 +49,33 @@ def check_form(
             )
 
 
-def check_functional(name: str, form: Any) -> None:
-    """Raise unless it is None or a UFL form without arguments."""
-    if form is not None and (not isinstance(form, ufl.Form) or form.arguments()):
+def check_functional(name: str, given: Any) -> list[ufl.Form]:
+    """UFL forms without arguments as a list: one, a list of one for each mesh, or None
+    for none.
+
+    Raises
+    ------
+    ContactError
+        If it is anything else.
+    """
+    forms = list(given) if isinstance(given, (list, tuple)) else [given]
+    found = [form for form in forms if form is not None]
+    if not all(isinstance(form, ufl.Form) and not form.arguments() for form in found):
         raise ContactError(
-            f"{name} must be a UFL functional: a form without test function"
+            f"{name} must be a UFL functional: a form without test function, or a list "
+            "of one for each mesh"
         )
+    return found
+
+
+def functional(forms: Sequence[ufl.Form], comm: MPI.Comm) -> Callable[[], float]:
+    """Compile functionals; what is returned finds their sum. Collective."""
+    compiled = [compat.form(form) for form in forms]
+
+    def value() -> float:
+        return float(comm.allreduce(sum(map(fem.assemble_scalar, compiled))))
+
+    return value
 
 
 def list_of_conditions(bcs: Any) -> list[Any]:
@@ -301,3 +325,12 @@ def _undifferentiated(expression: Any) -> set[Any]:
             found.add(one)
         left.extend(one.ufl_operands)
     return found
+
+
+def extended(F: Any, J: Any, count: int) -> tuple[Any, Any]:
+    """Forms and their derivatives as lists, with none for further unknowns."""
+    forms = list(F) if isinstance(F, (list, tuple)) else [F]
+    table = [list(row) for row in J] if isinstance(F, (list, tuple)) else [[J]]
+    none = [None] * count
+    rows = [row + none for row in table]
+    return forms + none, rows + [[None] * (len(forms) + count) for _ in none]

@@ -9,13 +9,13 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+import numpy.typing as npt
 from dolfinx.mesh import Mesh
 from scipy.sparse import csr_array
 
 from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, spoken_tag, together
-from ..partitions import levels
 from ..rigid.body import Body
 from . import checks
 from .curving import Smooth, curve
@@ -109,6 +109,17 @@ def _by_place(u: Any, bodies: Bodies) -> Indices:
     size = float(-ends.min(axis=0).reshape(2, 3).sum(axis=0).min())
     order = in_order(0.5 * (ends[:, :3] - ends[:, 3:]), _SAME_PLACE * size)
     return np.argsort(order).astype(np.int32)
+
+
+def levels(coordinates: Array, tolerance: float) -> npt.NDArray[np.int64]:
+    """Whole numbers in the order of each coordinate, (n, d), equal where values next to
+    each other differ by no more than a tolerance."""
+    order = np.argsort(coordinates, axis=0, kind="stable")
+    steps = np.diff(np.take_along_axis(coordinates, order, axis=0), axis=0)
+    counts = np.cumsum(steps > tolerance, axis=0)
+    found = np.zeros(coordinates.shape, dtype=np.int64)
+    np.put_along_axis(found, order[1:], counts, axis=0)
+    return found
 
 
 def in_order(places: Array, tolerance: float) -> Indices:
@@ -390,11 +401,16 @@ class Tagged:
         have = [set().union(*self.comm.allgather(found)) for found in here]
         found = [k for k, some in enumerate(have) if some]
         with together(self.comm):
+            for tag in tags:
+                if sum(tag in some for some in have) > 1:
+                    raise ContactError(
+                        f"facets with the {self.spoken(tag)} are on several meshes: use "
+                        "each tag number on one mesh only"
+                    )
             if len(found) > 1:
                 raise ContactError(
-                    f"facets with the {self.spoken(*tags)} are on several meshes: a tag "
-                    "has to be on one, and so have the masters of one slave. For masters on "
-                    "several meshes make a Contact for each of these, and give "
-                    "NonlinearProblem the list of contacts"
+                    f"facets with the {self.spoken(*tags)} are on several meshes, and the "
+                    "masters of one slave have to be on one: make a Contact for each of "
+                    "these, and give NonlinearProblem the list of contacts"
                 )
         return found[0] if found else 0

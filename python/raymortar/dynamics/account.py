@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -10,11 +10,11 @@ from mpi4py import MPI
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
-from .. import compat
 from ..compat import Array
+from ..discretization.forms import functional
 from ..problem import CoupledProblem
+from ..state import Quantity, of_array, of_function
 from .motion import End, Motion, Rest
 from .moving_bodies import MovingBodies
 from .schemes import Midpoint
@@ -66,20 +66,23 @@ class Account:
         problem: CoupledProblem,
         motion: Motion,
         bodies: MovingBodies,
-        energy: ufl.Form | None,
+        energy: Sequence[ufl.Form],
     ) -> None:
         self._problem, self._motion, self._bodies = problem, motion, bodies
         self._volume = problem.volume
-        self._energy = None if energy is None else compat.form(energy)
+        self._energy = functional(energy, problem.comm) if energy else None
         unknowns, layout = problem.contact.unknowns, problem.contact.layout
         V = unknowns.u.function_space
         self._d, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
         self._comm, self._of_u = layout.comm, unknowns.u_owned
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
-        self._rows = np.zeros((3, 0))
+        # On the state that was solved for
+        kinds = "forces of forms", "forces of contact", "forces of inertia"
+        self._forces = [motion.functions(kind) for kind in kinds]
         # Work of contact, and of loads and supports, up to the state that was solved for
         # and up to the end of the step; and of both on rigid bodies
         self._work, self._shown, self._of_bodies = np.zeros((3, 2))
+        self.was_read = False
         # Stored energy of the state that was solved for, and at the end of the step
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
@@ -106,33 +109,61 @@ class Account:
         """Begin at the present state; return all forces without inertia, (n,).
         Collective."""
         of_form, of_contact = self.static()
-        self._rows = np.array([of_form, of_contact, np.zeros_like(of_form)])
+        self._set_rows(np.array([of_form, of_contact, np.zeros_like(of_form)]))
         self._elastic = self._stored_then = self._stored()
-        self._push = self._pushes()
+        self._push[:] = self._pushes()
         self._solved = self._problem.contact.unknowns.owned_values()
         return of_form + of_contact
 
     def set_begin(self, inertia: Array) -> None:
         """Take the forces of inertia, (n,), that motion starts with. Collective."""
-        self._rows[2] = inertia
+        self._motion.set(self._forces[2], inertia)
         self.now = self._energies(self._motion.values(self._motion.velocity))
 
-    def go_on(self, end: End, row: dict[str, float]) -> None:
-        """Go on from a step with its record; the present state is the one that was solved
-        for. Collective."""
-        self.begin()
-        self._rows[2] = self._motion.inertia.times(end.a)
-        self._finish(end)
-        self._work += [row["contact_work"], row["external_work"]] - self._shown
-        names = self._impulse_names()
-        self._impulse[:] = np.reshape([row[name] for name in names], self._push.shape)
-        self._finish(end)
+    def go_on(self, solved: Array) -> bool:
+        """Go on from the state that was read, given what its step was solved for; False
+        where it has no account. Collective."""
+        if not self.was_read:
+            return False
+        self._solved = solved
+        return True
+
+    # State
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield forces on the state that was solved for, and sums up to it."""
+        for of in self._forces:
+            for f in of:
+                yield of_function(f.name, f)
+        yield of_array("works", self._work)
+        yield of_array("works on bodies", self._of_bodies)
+        yield of_array("impulses", self._impulse)
+        yield of_array("pushes", self._push)
+
+        def write(values: Array) -> None:
+            has, stored = values.tolist()
+            self._stored_then = stored if self._energy is not None else None
+            self.was_read = has > 0.0 and not (np.isnan(stored) and self._energy)
+
+        yield Quantity("account", self._summary, write)
+
+    def _summary(self) -> Array:
+        """Whether there is an account, and the energy stored; NaN: not asked for."""
+        stored = self._stored_then
+        return np.array([len(self._solved) > 0, np.nan if stored is None else stored])
+
+    @property
+    def _rows(self) -> Array:
+        """Forces of forms, contact and inertia, (3, n)."""
+        return np.array([self._motion.values(of) for of in self._forces])
+
+    def _set_rows(self, rows: Array) -> None:
+        for of, row in zip(self._forces, rows):
+            self._motion.set(of, row)
 
     def _stored(self) -> float | None:
         """Stored energy at the present unknowns."""
-        if self._energy is None:
-            return None
-        return float(self._comm.allreduce(fem.assemble_scalar(self._energy)))
+        return None if self._energy is None else self._energy()
 
     def _pushes(self) -> Array:
         """Force of contact on each slave surface, (surfaces, d)."""
@@ -155,7 +186,8 @@ class Account:
         self._of_bodies += self._bodies.work_of_contact, self._bodies.work()
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
-        self._rows, self._push = rows, pushes
+        self._set_rows(rows)
+        self._push[:] = pushes
         self._solved, self._stored_then = end.solved, stored
         self._finish(end)
 
@@ -175,7 +207,7 @@ class Account:
         u, rest = end.u, np.zeros(2)
         if isinstance(self._motion.scheme, Midpoint):
             u = self._at_rest(end.u)
-            rows = self._rows.copy()
+            rows = self._rows
             with self._motion.at(u):
                 rows[0] = 0.5 * (rows[0] + self._volume.forces(self._problem.bcs))
                 self._elastic = self._stored()
@@ -193,7 +225,8 @@ class Account:
         at its middle only. Collective."""
         if self._rest is None:
             self._rest = Rest(self._problem, self._volume)
-        force, largest = np.abs(self._rows[1]), np.abs(self._rows).max(initial=0.0)
+        rows = np.abs(self._rows)
+        force, largest = rows[1], rows.max(initial=0.0)
         least = PUSHED * self._comm.allreduce(largest, op=MPI.MAX)
         is_held = self._motion.inertia.is_massive | self._problem.prescribed
         with self._motion.at(u):

@@ -23,6 +23,7 @@ from ..errors import (
     described,
     require_agreement,
     together,
+    warn,
 )
 from ..interface.probing import product
 from ..system.entries import without_zeros
@@ -32,6 +33,8 @@ from .massless import RULES, coupled_mass, replacement
 MASSES = (*RULES, "consistent")
 # Share of the largest mass of an unknown up to which a negative one is rounding
 ROUNDING = 1e-12
+# Share of the free mass that may be put on held nodes without a word
+LOST = 0.1
 
 
 class Inertia:
@@ -98,6 +101,9 @@ class Inertia:
         self._Q: Any = None
         self._free: Any = None
         self._fixed: Mask = np.zeros(0, dtype=bool)
+        # Unknowns that conditions prescribe where a path begins
+        self._held: Mask | None = None
+        self._moving = 1.0  # mass of the others, over that with a consistent mass
         self.revision = 0
 
     def __repr__(self) -> str:
@@ -134,6 +140,25 @@ class Inertia:
                         "the problem solves for"
                     )
 
+    def begin(self, fixed: Mask) -> None:
+        """Take the owned unknowns that conditions prescribe where a path begins, (n,),
+        and warn of mass that they hold. Collective."""
+        if self._held is None or self._comm_any(self._held != fixed):
+            self._held, self._M = fixed.copy(), None
+        _ = self.matrix
+        if self._moving < (1.0 - LOST):
+            warn(
+                f'mass="{self.mass}" puts {1.0 - self._moving:.2g} of the mass that is '
+                "free to move on nodes that conditions hold, where it has no inertia: "
+                "mesh a thin body that is held with more cells across, or take "
+                'mass="consistent"',
+                5,
+            )
+
+    def _comm_any(self, marks: Mask) -> bool:
+        """Whether any rank has a mark. Collective."""
+        return bool(self.contact.layout.comm.allreduce(int(marks.any())))
+
     @property
     def matrix(self) -> PETSc.Mat:
         """Q^T M Q over the rows of the coupled unknowns. Mass. Collective."""
@@ -162,8 +187,12 @@ class Inertia:
                 "the density rho of rho * inner(a, v) must not be negative"
             )
         if self.mass != "consistent":
-            self._Q = replacement(self.contact, layout, M, self.mass)
+            fixed = np.zeros(layout.size, dtype=bool)
+            if self._held is not None:
+                fixed[: len(self._held)] = self._held
+            self._Q = replacement(self.contact, layout, M, self.mass, fixed)
             whole = M.ptap(self._Q)
+            self._moving = _share_of_free(M, whole, fixed)
             M.destroy()
             M = whole
         self._M = without_zeros(M)
@@ -246,6 +275,19 @@ class Inertia:
         """
         given = list(a) if isinstance(a, (list, tuple)) else [a]
         return self.times(owned_values(self.contact.unknowns, given, "a"))
+
+
+def _share_of_free(M: PETSc.Mat, moved: PETSc.Mat, fixed: Mask) -> float:
+    """Mass that moves if all unknowns that are not fixed do alike, of a matrix over that
+    of another one; 1 if that has none. Collective."""
+    free, product = M.createVecs()
+    free.array[:] = ~fixed
+    found = []
+    for one in (M, moved):
+        one.mult(free, product)
+        found.append(free.dot(product))
+    destroy(free, product)
+    return float(found[1] / found[0]) if found[0] > 0.0 else 1.0
 
 
 def owned_values(unknowns: Any, given: Sequence[Any], name: str) -> Array:

@@ -82,25 +82,29 @@ def massless_nodes(contact: Any) -> Mask:
 class _Nodes:
     """Rows, places and marks of nodes, for any rank by the first row of a node."""
 
-    def __init__(self, layout: CoupledRows, is_massless: Mask) -> None:
+    def __init__(self, layout: CoupledRows, is_massless: Mask, fixed: Mask) -> None:
         V = layout.u.function_space
         n, self.d = V.dofmap.index_map.size_local, V.mesh.geometry.dim
         self.rows = layout.u_rows[:n]
         self.x = V.tabulate_dof_coordinates()[:n, : self.d]
         self.chosen = np.flatnonzero(is_massless[:n])
-        # Whether a row is the first of a node, whether massless, its place, all rows
-        width = 2 + 2 * self.d
+        self.is_held = fixed[self.rows - layout.begin].all(axis=1)
+        # Whether a row is the first of a node, whether massless, whether held, its place,
+        # all rows
+        width = 3 + 2 * self.d
         table = np.zeros((layout.size, width))
         own = self.rows[:, 0] - layout.begin
-        table[own, 0], table[own, 1] = 1.0, is_massless[:n]
-        table[own, 2 : 2 + self.d], table[own, 2 + self.d :] = self.x, self.rows
+        table[own, 0], table[own, 1], table[own, 2] = 1.0, is_massless[:n], self.is_held
+        table[own, 3 : 3 + self.d], table[own, 3 + self.d :] = self.x, self.rows
         self.table = PETSc.Vec().createMPI(
             (table.size, None), bsize=width, comm=layout.comm
         )
         self.table.array[:] = table.ravel()
 
 
-def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> Any:
+def replacement(
+    contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str, fixed: Mask
+) -> Any:
     """Make Q, which replaces the values of massless nodes by those of others.
 
     Parameters
@@ -113,12 +117,15 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
         Mass matrix over these rows; nodes with a common entry are in one cell.
     mass
         Name of the weights, of `RULES`.
+    fixed
+        Whether conditions prescribe an owned unknown. Contact stops no node that they
+        hold: such nodes may have mass where a body has no others.
 
     Returns
     -------
     Matrix over the coupled rows [theory (6.1)]. Collective.
     """
-    nodes = _Nodes(layout, massless_nodes(contact))
+    nodes = _Nodes(layout, massless_nodes(contact), fixed)
     rule, d = RULES[mass], nodes.d
     weights: dict[int, tuple[Array, Indices]] = {}
     left = nodes.chosen
@@ -128,7 +135,7 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
         wider = reach.matMult(M)
         reach.destroy()
         reach = wider
-        missing = []
+        missing, held = [], []
         offsets, columns, _ = reach.getValuesCSR()
         known = values_at(nodes.table, columns)
         for node in left:
@@ -138,27 +145,32 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
             if len(mine) == 0:  # no cell of its has mass
                 continue
             others = mine[mine[:, 1] == 0.0]
-            found = rule(nodes.x[node], others[:, 2 : 2 + d])
+            found = rule(nodes.x[node], others[:, 3 : 3 + d])
             if found is None:
                 missing.append(node)
+                held.append(mine[mine[:, 2] == 1.0])
             else:
-                used = found != 0.0
-                rows = others[used, 2 + d :].astype(PETSc.IntType)
-                weights[node] = found[used], rows
+                weights[node] = _used(found, others, d)
         left = np.array(missing, dtype=np.int64)
         if layout.comm.allreduce(len(left)) == 0:
             break
     reach.destroy()
     nodes.table.destroy()
     with together(layout.comm):
-        if len(left):
-            place = format_point(nodes.x[left[0]], nodes.x)
-            raise SetUpError(
-                f'mass="{mass}" finds no nodes off the contact surfaces within '
-                f"{MOST_LAYERS} layers of cells that can stand for the one at {place}: "
-                "the body is too thin there. Mesh it with two cells or more across, "
-                'or take mass="nearest" or "consistent"'
-            )
+        for node, others in zip(left, held):
+            if nodes.is_held[node]:
+                continue
+            found = nearest_weights(nodes.x[node], others[:, 3 : 3 + d])
+            if found is None:
+                place = format_point(nodes.x[node], nodes.x)
+                other = "" if mass == "nearest" else '"nearest" or '
+                raise SetUpError(
+                    f'mass="{mass}" finds no nodes off the contact surfaces within '
+                    f"{MOST_LAYERS} layers of cells that can stand for the one at "
+                    f"{place}: the body is too thin there. Mesh it with two cells or "
+                    f'more across, or take mass={other}"consistent"'
+                )
+            weights[node] = _used(found, others, d)
     parts = [
         (np.full(len(share), row), column, share)
         for node, (share, others) in weights.items()
@@ -167,6 +179,12 @@ def replacement(contact: Any, layout: CoupledRows, M: PETSc.Mat, mass: str) -> A
     own = layout.begin + np.arange(layout.size)
     kept = np.setdiff1d(own, nodes.rows[list(weights)])
     return in_own_rows(layout, *joined([*parts, (kept, kept, np.ones(len(kept)))]))
+
+
+def _used(found: Array, others: Array, d: int) -> tuple[Array, Indices]:
+    """Weights that are not zero, and all rows of the nodes that they are of."""
+    used = found != 0.0
+    return found[used], others[used, 3 + d :].astype(PETSc.IntType)
 
 
 def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:

@@ -14,11 +14,13 @@ from dolfinx.fem import Function
 
 from ..compat import Array, Indices, Mask
 from ..discretization.ranks import destroy
+from ..discretization.unknowns import Lacking
 from ..errors import ConvergenceError, raise_everywhere
 from ..problem import CoupledProblem
-from ..solvers.solver import temporarily
+from ..state import Quantity, of_function
+from ..terms import Term
 from .inertia import Inertia, owned_values
-from .schemes import Midpoint, Scheme, StepEquation, end_of_step
+from .schemes import GeneralizedAlpha, Midpoint, Scheme, StepEquation, end_of_step
 
 # Tolerance of initial accelerations, and of static balances
 EXACT = 1e-14
@@ -65,20 +67,23 @@ class Motion:
         was begun, (n,).
     fastest
         Largest norm of velocities so far, by `size`.
+    was_read
+        Whether velocities are those of a state that was restored.
     """
 
     def __init__(self, inertia: Inertia, scheme: Scheme) -> None:
         self.inertia, self.scheme = inertia, scheme
         self._unknowns = inertia.contact.unknowns
-        self.velocity = self._functions("velocity")
-        self.acceleration = self._functions("acceleration")
-        self.static = self._functions("static forces")
-        self.middle = self._functions("middle")
+        self.velocity = self.functions("velocity")
+        self.acceleration = self.functions("acceleration")
+        self.static = self.functions("static forces")
+        self.middle = self.functions("middle")
         self.equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
         self.dt = self.last = self.fastest = 0.0
         self._shift = self.begun = self.unit_forces = np.zeros(0)
+        self.was_read = False
 
-    def _functions(self, name: str) -> list[Function]:
+    def functions(self, name: str) -> list[Function]:
         """Zero Functions in the spaces of the unknowns."""
         functions = self._unknowns.functions
         one = len(functions) == 1
@@ -86,6 +91,25 @@ class Motion:
             Function(f.function_space, name=name if one else f"{name} of {f.name}")
             for f in functions
         ]
+
+    @property
+    def fields(self) -> list[Function]:
+        """Functions that a step starts from besides the unknowns."""
+        found = [*self.velocity, *self.acceleration]
+        if isinstance(self.scheme, GeneralizedAlpha):
+            found += self.static
+        return found + self.middle * isinstance(self.scheme, Midpoint)
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield `fields`, the size of the accepted step and `fastest`."""
+        for f in self.fields:
+            yield of_function(f.name, f)
+
+        def write(values: Array) -> None:
+            self.last, self.fastest = values.tolist()
+            self.was_read = True
+
+        yield Quantity("speed", lambda: np.array([self.last, self.fastest]), write)
 
     def values(self, of: Sequence[Function]) -> Array:
         """Owned values of Functions, one after the other, (n,)."""
@@ -276,80 +300,60 @@ _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
 
-class MovingVolume:
-    """Residual and tangent of a problem's forms and of inertia. Collective.
-
-    It answers what `Volume` answers, and asks that for the forms.
+class InertiaTerm(Term):
+    """Forces of inertia among the equations of a problem. Collective.
 
     Attributes
     ----------
-    is_linear
-        Whether all of the tangent is kept.
-    tangent
-        Sum of the kept tangent and of inertia between free unknowns.
+    tangent, revision
+        Sum of the kept tangent of linear forms and of inertia between free unknowns, and
+        the number of such sums so far, see `CoupledProblem.kept`.
     """
 
     def __init__(self, problem: CoupledProblem, motion: Motion) -> None:
-        self._problem: Any = problem
-        self._motion, self.given = motion, self._problem.volume
-        self.L, self.a, self.updated = self.given.L, self.given.a, self.given.updated
-        self.has_several, self.is_linear = self.given.has_several, self.given.is_linear
+        self._problem, self._motion = problem, motion
         self.tangent: Any = None
         self._of: tuple[Any, ...] = ()
         self.revision = 0
+        motion.inertia.begin(problem.prescribed)
         problem.make_room_for(motion.inertia.matrix)
 
     def acting(self) -> AbstractContextManager[None]:
         """Put inertia into the problem."""
-        return temporarily(self._problem, volume=self)
+        return self._problem.extended_by(self)
 
     @property
-    def kept(self) -> Any:
-        """The keeper of a linear tangent: this object, or None."""
-        return self if self.is_linear else None
-
-    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
-        """Replace the forms in the displacement's test function by L and a."""
-        return self.given.with_form_of_u(L, a)
-
-    def forces(self, bcs: Sequence[Any]) -> Array:
-        """Residual at the present state, with inertia where the step was solved.
-        Collective."""
-        found = self.given.forces(bcs)
-        found += self._motion.inertia_now()
-        return found
-
-    @property
-    def inertia_terms(self) -> Array | None:
+    def unit_forces(self) -> Array:  # type: ignore[override]
         """Force of inertia that a unit of each owned unknown of the forms takes, (n,)."""
         return self._motion.unit_forces
 
-    def residual(self, bcs: Sequence[Any], increment: Array | None) -> Array:
-        """Residual of the owned unknowns, with the effect of prescribed increments if
-        they are given. Collective."""
+    def residual(self, bcs: Sequence[Any], lacking: Lacking) -> Array:
+        """Forces of inertia where the unknowns meet the conditions, (n,)."""
         unknowns = self._problem.contact.unknowns
-        values = unknowns.owned_values()
-        if increment is not None:
-            values += unknowns.owned_part(increment)
-        found = self.given.residual(bcs, increment)
-        found += self._motion.forces(values)
-        return found
+        values = unknowns.owned_values() + unknowns.owned_part(lacking.increment)
+        return self._motion.forces(values)
 
-    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        """Add the tangent, with ones for constrained unknowns. Collective."""
+    def forces(self, bcs: Sequence[Any]) -> Array:
+        """Forces of inertia where the step was solved, (n,)."""
+        return self._motion.inertia_now()
+
+    def add_matrices(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """Add the derivative between free unknowns."""
+        A.axpy(self._motion.equation.factor, self._between_free(bcs), _PART)
+
+    def _between_free(self, bcs: Sequence[Any]) -> PETSc.Mat:
         fixed = self._problem.contact.unknowns.owned_prescribed(bcs)
-        M = self._motion.inertia.between_free(fixed)
-        factor = self._motion.equation.factor
-        if not self.is_linear:
-            A.axpy(factor, M, _PART)
-            self.given.add_tangent(A, bcs)
-            return
-        kept = self.given.kept
-        kept.renew(fixed)
+        return self._motion.inertia.between_free(fixed)
+
+    def keep(self, kept: Any) -> Any:
+        """The keeper of the tangent with inertia: this object."""
+        bcs = self._problem.bcs
+        kept.renew(self._problem.contact.unknowns.owned_prescribed(bcs))
+        M, factor = self._between_free(bcs), self._motion.equation.factor
         of = kept.revision, self._motion.inertia.revision, factor
         if of != self._of:
             destroy(self.tangent)
             self._of, self.tangent = of, kept.tangent.copy()
             self.tangent.axpy(factor, M, _OTHER)
             self.revision += 1
-        A.axpy(1.0, self.tangent, _PART)
+        return self

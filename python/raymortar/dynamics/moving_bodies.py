@@ -13,6 +13,7 @@ from ..compat import Array
 from ..errors import ContactError
 from ..rigid.body import Body
 from ..rigid.turning import rotation_matrix
+from ..state import Quantity, of_array
 from .schemes import Midpoint, Scheme, StepEquation, end_of_step, velocity_in_step
 
 
@@ -77,9 +78,15 @@ class MovingBodies:
             (body.cpp.force.copy(), body.cpp.moment.copy()) for body in self.bodies
         ]
         self._active = False
-        self.take_accepted()
+        self.take_ends()
+        self._push = self._pushes()
 
-    def take_accepted(self) -> None:
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield what pushes bodies along their unknowns in the state that was solved."""
+        for k, push in enumerate(self._push):
+            yield of_array(f"push {k}", push)
+
+    def take_ends(self) -> None:
         """Take places, velocities and accelerations as the bodies have them now."""
         self.ends = [
             BodyEnd(
@@ -88,7 +95,10 @@ class MovingBodies:
             )
             for b, spin in zip(self.bodies, self._spins)
         ]  # fmt: skip
-        self._push = [
+
+    def _pushes(self) -> list[Array]:
+        """What pushes each body now."""
+        return [
             self._load(body, (body.cpp.force, body.cpp.moment), body.freedom.velocity)
             for body in self.bodies
         ]
@@ -160,8 +170,9 @@ class MovingBodies:
     def set_accelerations(self, contact: Any) -> None:
         """Find the accelerations that motion starts with, from the forces at the last
         update. Collective."""
-        self.take_accepted()
+        self._push = self._pushes()
         if not self.bodies:
+            self.take_ends()
             return
         b, layout = contact.create_vector(), contact.layout
         contact.assemble_vector(b)
@@ -180,7 +191,7 @@ class MovingBodies:
             if spin is not None:
                 spin.accept(spin.start(force[freedom.is_turn]))
         b.destroy()
-        self.take_accepted()
+        self.take_ends()
 
     # Ends
 

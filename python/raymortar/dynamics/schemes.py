@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -212,6 +213,13 @@ class AdaptiveSizes(StepSizes):
         super().__init__(1, max_halvings, rule.largest, rule.easy)
         self._all, self._rule, self.error = steps, rule, 0.0
         self._fit()
+
+    def remember(self) -> list[float]:
+        return [*super().remember(), self.error]
+
+    def recall(self, numbers: Sequence[float], as_rest: bool) -> bool:
+        self.error = numbers[-1]
+        return super().recall(numbers, as_rest)
 
     @property
     def share(self) -> float:

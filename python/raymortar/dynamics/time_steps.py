@@ -23,15 +23,15 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.present import State
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
+from ..state import Owner, Quantity, State
 from .account import Account, Energy
 from .inertia import Inertia
-from .motion import End, Motion, MovingVolume
+from .motion import End, Motion, InertiaTerm
 from .moving_bodies import MovingBodies
 from .schemes import (
     SCHEMES,
@@ -105,8 +105,8 @@ class TimeSteps(LoadSteps):
         How often a step may be halved in which surfaces that were all apart touch, or
         surfaces in contact part. 0: never.
     energy
-        UFL functional of the stored energy, for `TimeStep.energy` and for the column
-        ``elastic``.
+        UFL functional of the stored energy, of bodies on meshes of their own a list of
+        one for each: for `TimeStep.energy` and for the column ``elastic``.
     max_halvings, extrapolate, progress, history, strategy, output, on_accept, on_reject
         The same as for `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
         ``contact_work``, ``external_work``, ``momentum_x``, ..., ``moment_of_momentum``
@@ -144,7 +144,7 @@ class TimeSteps(LoadSteps):
         start: float = 0.0,
         adapt: Adaptive | None = None,
         touch: int = 0,
-        energy: ufl.Form | None = None,
+        energy: ufl.Form | Sequence[ufl.Form] | None = None,
         max_halvings: int = 6,
         extrapolate: bool = False,
         progress: bool | TextIO | None = None,
@@ -159,18 +159,18 @@ class TimeSteps(LoadSteps):
         with together(problem.comm):
             scheme = GeneralizedAlpha() if scheme is None else scheme
             _check(inertia, problem, end, dt, start, scheme, adapt, touch)
-            check_functional("energy", energy)
+            forms = check_functional("energy", energy)
         require_agreement(
             problem.comm, end=end, dt=dt, start=start, scheme=scheme, adapt=adapt,
-            touch=touch, energy=energy is not None,
+            touch=touch, energy=len(forms),
         )  # fmt: skip
         self.inertia, self.scheme, self.dt = inertia, scheme, float(dt)
         self.adapt, self.touch = adapt, int(touch)
         self.motion = Motion(inertia, scheme)
         self.bodies = MovingBodies(problem.contact, scheme)
-        self._volume = MovingVolume(problem, self.motion)
-        self._account = Account(problem, self.motion, self.bodies, energy)
-        self._accounts = energy is not None or history is not None
+        self._inertia_term = InertiaTerm(problem, self.motion)
+        self._account = Account(problem, self.motion, self.bodies, forms)
+        self._accounts = bool(forms) or history is not None
         if velocity is not None:
             given = velocity if isinstance(velocity, (list, tuple)) else [velocity]
             self.motion.set_velocity(given)
@@ -180,6 +180,7 @@ class TimeSteps(LoadSteps):
             path=(float(start), float(end)), progress=progress, history=history,
             strategy=strategy, output=output, on_accept=on_accept, on_reject=on_reject,
         )  # fmt: skip
+        problem.contact.owners["motion"] = self
         if history is not None:
             history.include(self._account.columns())
 
@@ -204,13 +205,16 @@ class TimeSteps(LoadSteps):
 
     @property
     def fields(self) -> list[Function]:
-        """Functions of the accepted step besides the unknowns, which a `Checkpoint` has
-        to have in `more`."""
-        one = self.motion
-        found = [*one.velocity, *one.acceleration]
-        if isinstance(self.scheme, GeneralizedAlpha):
-            found += one.static
-        return found + one.middle * isinstance(self.scheme, Midpoint)
+        """Functions of the accepted step besides the unknowns. A `Checkpoint` has them by
+        itself."""
+        return self.motion.fields
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the arrays of motion and of its account, by which it extends the
+        state."""
+        owners: tuple[Owner, ...] = self.motion, self.bodies, self._account
+        for one in owners:
+            yield from one.quantities()
 
     def resume(self, time: float) -> None:
         """Go on from a time whose unknowns, `fields` and history come from an
@@ -218,30 +222,25 @@ class TimeSteps(LoadSteps):
         with together(self._problem.comm):
             if not (is_real_number(time) and time <= self.path[1]):
                 raise ContactError(f"time must be one before the end, not {time!r}")
-            restored = self._problem.restored
-            fields = self.fields if restored is not None else []
             lacking = [
-                f.name for f in fields if all(f is not g for g in restored or ())
+                name
+                for name in self._problem.contact.owners.lacking
+                if "motion" in name
             ]
             if lacking:
                 raise ContactError(
-                    f"the checkpoint that was read has no {', '.join(lacking)}: write "
-                    "and read it as Checkpoint(problem, file, more=steps.fields)"
+                    f"the state that was read has no {', '.join(lacking)}: it is not of "
+                    f"TimeSteps with {self.scheme}"
                 )
         self.path, self._has_begun = (float(time), self.path[1]), True
-        self.motion.last = self.motion.dt = self.dt
-        self.bodies.take_accepted()
-        rows = self.history.rows if self.history is not None else []
-        if rows:
-            motion, contact = self.motion, self._problem.contact
-            end = motion.values(contact.unknowns.functions)
-            middle = isinstance(self.scheme, Midpoint)
-            solved = motion.values(motion.middle) if middle else end
-            v, a = motion.values(motion.velocity), motion.values(motion.acceleration)
-            with motion.at(solved):
-                contact.update()
-                self._account.go_on(End(solved, end, v, a), rows[-1]._asdict())
-        elif self._accounts:
+        motion = self.motion
+        motion.dt = self.dt
+        if not motion.was_read:
+            motion.last = self.dt
+        self.bodies.take_ends()
+        middle = isinstance(self.scheme, Midpoint)
+        of = motion.middle if middle else self._problem.contact.unknowns.functions
+        if self._accounts and not self._account.go_on(motion.values(of)):
             self._problem.contact.update()
             self._account.begin()
             self._account.set_begin(self.inertia.apply(self.motion.acceleration))
@@ -289,7 +288,7 @@ class TimeSteps(LoadSteps):
             self._begin()
         steps = super()._steps(progress)
         while True:
-            with self._volume.acting(), self.bodies.acting():
+            with self._inertia_term.acting(), self.bodies.acting():
                 step = next(steps, None)
             if step is None:
                 return

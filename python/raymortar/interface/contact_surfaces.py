@@ -217,7 +217,8 @@ def checked(
         options.check()
         known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)
         each, groups = read_pairs(pairs, known)
-        _require_leader(groups, options, tied, names_by_tag(known))
+        meshes = len(unknowns.displacements)
+        _require_leader(groups, options, tied, names_by_tag(known), meshes)
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
@@ -242,20 +243,31 @@ def _require_leader(
     options: ContactOptions,
     tied: str | None,
     names: Mapping[Any, str],
+    meshes: int,
 ) -> None:
-    """Raise for a surface that meets itself if the method needs a slave."""
+    """Raise for a surface that meets itself, or has facets of another one, if the method
+    needs a slave."""
     if tied is None and isinstance(options.method, Penalty):
         return
     for group in groups:
         if not group.meets_itself:
+            if group.slave == ALL and len(groups) > 1:
+                raise ContactError(
+                    "pairs has slave 'all' beside others, whose facets it has too, and a "
+                    "multiplier is of one slave: give each a Contact of its own, "
+                    "NonlinearProblem(F, [one, other])"
+                )
             continue
         if group.slave == ALL:
             raise ContactError(
                 "pairs has 'all', where each facet is slave and master: take "
-                "method=Penalty(), as a multiplier needs one side that leads"
+                "method=Penalty(), as a multiplier needs one side that leads. ('all', "
+                "tool) alone has one, the tool"
             )
+        several = "use each tag number on one mesh only, or, if one surface is meant, "
         raise ContactError(
             f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of "
-            "the same pair: split it into two tags that share no vertex, of which the "
-            "slave leads, or take method=Penalty(), which needs no side that leads"
+            f"the same pair: {several if meshes > 1 else ''}split it into two tags that "
+            "share no vertex, of which the slave leads, or take method=Penalty(), which "
+            "needs no side that leads"
         )

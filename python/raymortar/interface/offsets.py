@@ -156,13 +156,6 @@ def adjustment(zone: ZoneData, within: float) -> Array:
 class Correction(Protocol):
     """Lengths at nodes that are added to gaps, until a solve agrees with them."""
 
-    @property
-    def array(self) -> Array:
-        """Lengths at this rank's nodes."""
-
-    def set(self, values: Array) -> None:
-        """Set the lengths, and add them to gaps. Collective."""
-
     def renew(self) -> float | None:
         """Change gaps by what a solve has found; None where both agree. Collective."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from mpi4py import MPI
 
@@ -46,6 +47,12 @@ _REMEDY = (
     "interference that is wanted as the argument offset, or close overlaps up to a "
     "length by contact.adjust(within=...)"
 )
+
+
+def warn_of_overlaps(problem: Any) -> None:
+    """Warn of masters that other bodies of a problem overlap, undeformed. Collective."""
+    for one in problem.contact.contacts:
+        warn_of_overlap(one.surfaces, one.pairs)
 
 
 def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:

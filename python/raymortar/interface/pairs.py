@@ -98,7 +98,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     """Check pairs of names, tags and rigid shapes.
 
     Returns each pair once, in the order in which they were given, and the slave
-    surfaces with their masters. Facets that are all meet each other, too.
+    surfaces with their masters.
     """
 
     def number(tag: Any) -> Any:
@@ -129,9 +129,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     tagged = [
         (number(one), bodies[id(other)] or number(other)) for one, other in two_each
     ]
-    # If any pair is of all facets, these meet each other too
-    has_all = any(isinstance(one, str) and one == ALL for one, _ in tagged)
-    for one, other in [(ALL, ALL)] * has_all + tagged:
+    for one, other in tagged:
         _check_tags(one, other)
         slave, master = _plain(one), _plain(other)
         of_itself = slave == master
@@ -201,11 +199,10 @@ def _check_order(
 
 def _check_beside_all(pairs: Sequence[Pair]) -> None:
     """Raise for a pair that is one of those of all facets."""
-    own = [pair for pair in pairs if pair.slave == ALL]
-    tools = [pair.master for pair in own if isinstance(pair.master, Body)]
-    for pair in pairs if own else []:
-        meshed = not isinstance(pair.master, Body)
-        if pair.slave != ALL and (meshed or pair.master in tools):
+    masters = [pair.master for pair in pairs if pair.slave == ALL]
+    for pair in pairs:
+        meshed = not isinstance(pair.master, Body) and ALL in masters
+        if pair.slave != ALL and (meshed or pair.master in masters):
             raise ContactError(
                 f"pair {pair} is one of those of 'all': its contact would be counted "
                 "twice; leave it out, or name all pairs"

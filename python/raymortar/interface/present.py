@@ -1,11 +1,11 @@
-"""The present state of a contact, its copies, and the step that starts from it."""
+"""The accepted step of a contact, and the step that starts from it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
-from weakref import WeakSet
+from collections.abc import Iterator
+from functools import partial
+from typing import Protocol
+from weakref import WeakValueDictionary
 
 import numpy as np
 from dolfinx.fem import Function
@@ -23,123 +23,21 @@ from ..errors import (
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body, require_same_loads
+from ..state import Owner, Quantity, common, of_function
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
-from .zone_data import on_sides, opposite_points
+from .zone_data import ZoneData, on_sides, opposite_points
 
 
-@dataclass(frozen=True)
-class ContactState:
-    """State that a step starts from: this rank's arrays of displacement and history.
+class Follower(Owner, Protocol):
+    """Follows the steps of a contact, with arrays of the state that it has."""
 
-    ``unknowns`` are all unknowns, the displacement among them. None if it is the only
-    one.
-    """
-
-    u: Array
-    u_old: Array
-    multiplier: Array | None
-    traction_old: list[Array | None]
-    unknowns: Array | None = None
-    # Motions of rigid bodies at the accepted step, by zone. The present ones are loads
-    old_motions: Sequence[Array] = ()
-    # States of free rigid bodies, in the contact's order
-    freedoms: Sequence[Array] = ()
-    # Length of the slip of all accepted steps at nodes; None without friction
-    slip: Array | None = None
-    # Tractions of an exact penalty over gamma, at nodes; else None
-    augmentation: Array | None = None
-    # Whether straight facets are curved, see `Contact`
-    smooth: bool = False
-    # Changes of gaps in a step that is not yet accepted, such as implicit wear
-    corrections: Sequence[Array] = ()
-    # Numbers of slave surfaces whose sides are exchanged, see `ContactSurfaces`
-    exchanged: Sequence[int] = ()
-
-    @property
-    def parts(self) -> tuple[ContactState, ...]:
-        """The state alone; see `JointState`."""
-        return (self,)
-
-    def shapes(self) -> dict[str, tuple[int, ...] | None]:
-        """Shape by name of the part, None where it is missing."""
-        parts: dict[str, Any] = {
-            "displacement": self.u,
-            "old displacement": self.u_old,
-            "multiplier": self.multiplier,
-            "all unknowns": self.unknowns,
-        }
-        for i, traction in enumerate(self.traction_old):
-            parts[f"tractions of springs {i}"] = traction
-        parts["accumulated slip"] = self.slip
-        parts["augmentation"] = self.augmentation
-        shapes = {name: None if p is None else np.shape(p) for name, p in parts.items()}
-        shapes["list of slave surfaces"] = (len(self.traction_old),)
-        shapes["free rigid bodies"] = tuple(map(len, self.freedoms))
-        return shapes
-
-
-@dataclass(frozen=True)
-class JointState:
-    """States of several contacts of one problem, in their order."""
-
-    parts: tuple[ContactState, ...]
-
-    @property
-    def u(self) -> Array:
-        """Displacement, this rank's array."""
-        return self.parts[0].u
-
-    @property
-    def unknowns(self) -> Array | None:
-        """Unknowns, see `ContactState`."""
-        return self.parts[0].unknowns
-
-
-State = ContactState | JointState
-
-
-def state_fault(
-    state: Any, own: ContactState, springs: Mapping[int, tuple[int, ...]]
-) -> str | None:
-    """Return why a contact cannot go back to a state, if so."""
-    if not isinstance(state, ContactState):
-        return f"state must be a ContactState, not {type(state).__name__}"
-    if state.smooth != own.smooth:
-        return (
-            f"the state is of a contact with smooth={state.smooth}, this one has smooth="
-            f"{own.smooth}: their surfaces differ"
-        )
-    if tuple(state.exchanged) != tuple(own.exchanged):
-        sides = [
-            "with exchanged sides" if one.exchanged else "with sides as given"
-            for one in (state, own)
-        ]
-        return (
-            f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
-            "once the problem is made, or call keep_sides() of both before"
-        )
-    theirs, here = state.shapes(), own.shapes()
-    allowed = {name: {shape} for name, shape in here.items()}
-    for i in range(len(own.traction_old)):
-        # None before the first step, and where there are no springs
-        allowed[f"tractions of springs {i}"] = {None, springs.get(i)}
-    allowed["accumulated slip"] |= {None}  # a state may be older than it
-    for name, shapes in allowed.items():
-        if theirs.get(name) not in shapes:
-            return (
-                f"the state is of another contact, mesh or method: {name} of shape "
-                f"{theirs.get(name)}, here {here[name]}"
-            )
-    return None
-
-
-class Watcher(Protocol):
-    """Follows the steps of a contact."""
+    def bring(self) -> None:
+        """Bring the contact up to date with these before it is paired. Collective."""
 
     def path_ended(self) -> str | None:
         """Return what to warn of when a path has ended, alike on all ranks."""
@@ -183,8 +81,7 @@ class PresentState:
             )
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
-        # Objects that may warn at the end of a path
-        self.watchers: WeakSet[Watcher] = WeakSet()
+        self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(self._zones, surfaces.scalar)
@@ -194,6 +91,15 @@ class PresentState:
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
         self.steps = 0  # accepted so far
+
+    @property
+    def followers(self) -> list[Follower]:
+        """Who follows the steps, for as long as somebody keeps them, in order."""
+        return list(self._followers.values())
+
+    def follow(self, follower: Follower) -> None:
+        """Let an object follow the steps."""
+        self._followers[len(self._followers) and max(self._followers) + 1] = follower
 
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
@@ -244,6 +150,8 @@ class PresentState:
         """Send the history to the zones if it has changed."""
         self.updates += 1
         self.revision += 1
+        for one in self.followers:
+            one.bring()
         if self._is_sent or self._surfaces.tied is not None:
             return
         for zone in self._zones:
@@ -335,57 +243,72 @@ class PresentState:
         self._is_sent = False
         self.note_change()
 
-    def copy(self) -> ContactState:
-        """Copy all unknowns and the history, for `restore`."""
-        unknowns, multiplier = self._unknowns, self._multiplier
-        unknowns.pull()
-        return ContactState(
-            self._u.x.array.copy(),
-            self.u_old.copy(),
-            None if multiplier is None else multiplier.x.array.copy(),
-            [zone.traction_old for zone in self._zones],
-            None if unknowns.is_plain else unknowns.values(),
-            [zone.motions.old for zone in self._zones],
-            [body.freedom.state() for body in self._surfaces.layout.bodies],
-            None if self._slip is None else self._slip.x.array.copy(),
-            None if self._augmentation is None else self._augmentation.array.copy(),
-            any(side.arcs is not None for zone in self._zones for side in zone.sides),
-            [one.array.copy() for one in self.corrections],
-            tuple(self._surfaces.exchanged),
-        )
+    # State
 
-    def fault_of(self, state: Any) -> str | None:
-        """Return why `restore` cannot go back to a state, if so."""
-        sides = [zone.facets.slave_surface for zone in self._zones]
-        springs = {
-            i: (*side.facet_dofs.shape, side.gdim)
-            for i, side in enumerate(sides)
-            if self._options.has_springs
-        }
-        return state_fault(state, self.copy(), springs)
-
-    def restore(self, state: ContactState) -> None:
-        """Go back to a state that has no fault."""
-        self._u.x.array[:] = state.u
-        if state.unknowns is not None:
-            self._unknowns.set_values(state.unknowns)
-        self.u_old[:] = state.u_old
+    def quantities(self, number: int, first: int) -> Iterator[Quantity]:
+        """Yield the arrays of the accepted step that only this contact has, in its
+        numbers: of the contact and of its first zone."""
+        surfaces, scalar = self._surfaces, self._surfaces.scalar
+        is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
+        zones = np.zeros(len(self._zones))
+        yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
+        yield common(f"smooth {number}", [is_curved], _other_surfaces)
+        yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
         if self._multiplier is not None:
-            self._multiplier.x.array[:] = state.multiplier
+            name = f"multiplier {number}"
+            yield of_function(name, self._multiplier, is_unknown=True)
         if self._slip is not None:
-            self._slip.x.array[:] = 0.0 if state.slip is None else state.slip
-        if self._augmentation is not None and state.augmentation is not None:
-            self._augmentation.set(state.augmentation)
-        for one, values in zip(self.corrections, state.corrections):
-            one.set(values)
-        for zone, traction in zip(self._zones, state.traction_old):
-            zone.traction_old = traction
-        for zone, motion in zip(self._zones, state.old_motions):
-            zone.motions.old = motion
-        for body, known in zip(self._surfaces.layout.bodies, state.freedoms):
-            body.freedom.restore(known)
+            yield of_function(f"slip {number}", self._slip, may_lack=True)
+        if self._augmentation is not None:
+            of = partial(getattr, self._augmentation, "array"), self._augmentation.set
+            yield Quantity(f"augmentation {number}", *of, scalar)
+        for k, zone in enumerate(self._zones, first):
+            yield from self._of_zone(zone, k)
+        for follower in self.followers:
+            for of_other in follower.quantities():
+                yield of_other.added(f"{of_other.name} {number}")
+
+    def _of_zone(self, zone: ZoneData, k: int) -> Iterator[Quantity]:
+        """Yield what springs hold and where tools were."""
+        if self._options.has_springs:
+            side = zone.facets.slave_surface
+            yield Quantity(
+                f"springs {k}",
+                lambda: zone.traction_old,
+                partial(setattr, zone, "traction_old"),
+                zone,
+                (*side.facet_dofs.shape, side.gdim),
+                may_lack=True,  # before the first step
+            )
+        if zone.motions.bodies:
+            old = partial(setattr, zone.motions, "old")
+            yield Quantity(f"tools {k}", lambda: zone.motions.old, old)
+
+    def restored(self) -> None:
+        """Take over the arrays of a state, which have been written."""
+        self._unknowns.pull()
         self._is_sent = False
         self.note_change()
+
+
+def _other_surfaces(there: Array, here: Array) -> str:
+    """Say that facets are curved in one of two contacts."""
+    return (
+        f"the state is of a contact with smooth={bool(there[0])}, this one has smooth="
+        f"{bool(here[0])}: their surfaces differ"
+    )
+
+
+def _other_sides(there: Array, here: Array) -> str:
+    """Say that sides are exchanged in one of two contacts."""
+    sides = [
+        "with exchanged sides" if len(one) else "with sides as given"
+        for one in (there, here)
+    ]
+    return (
+        f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
+        "once the problem is made, or call keep_sides() of both before"
+    )
 
 
 def _slid(points: dict[str, Array]) -> Array:

@@ -53,12 +53,11 @@ class VolumePattern:
         these among its dofs.
     number
         Its number, which no other pattern has.
-    fluxes
-        The fluxes of its problem, which need room in the matrix too; None: there are
-        none.
+    terms
+        The terms of its problem, which may need room in the matrix too.
     """
 
-    fluxes: Any = None
+    terms: Sequence[Any] = ()
 
     def __init__(
         self,

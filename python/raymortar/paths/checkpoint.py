@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,27 +22,19 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.coefficients import SAME, PairCoefficients
-from ..interface.present import JointState
+from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
+from ..state import Owners, Quantity, State, of_function
 from .history import History
 from .output import by_mesh
 from .patch_columns import rigid_bodies
+from .settings import settings
 from .tables import Rows, Table, as_list, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
 SAME_PLACE = 1e-10
-
-
-@dataclass
-class _Field:
-    """Values of a space, as the array of this rank's dofs, ghosts included."""
-
-    name: str
-    V: FunctionSpace
-    array: Array
 
 
 class Checkpoint:
@@ -104,10 +96,10 @@ class Checkpoint:
             for k, mesh in enumerate(self._meshes):
                 if np.any(compat.cells_as_given(mesh) < 0):
                     raise ContactError(f"mesh {k} does not know the order of its cells")
-            for field in self._fields(problem.contact.state()):
-                if compat.turns_with_cells(field.V):
+            for one in filter(_is_by_cell, self._quantities()):
+                if compat.turns_with_cells(one.by):
                     text = "is in a space whose dofs depend on the partition"
-                    raise ContactError(f"{field.name} {text}")
+                    raise ContactError(f"{one.name} {text}")
 
     def __repr__(self) -> str:
         return f"<Checkpoint {str(self.path)!r} of {self.problem!r}>"
@@ -116,26 +108,19 @@ class Checkpoint:
         """Whether there is a file. Collective."""
         return bool(self._comm.bcast(self.path.is_file(), root=0))
 
-    def _fields(self, state: Any) -> Iterator[_Field]:
-        """Yield what the file has by cell: the unknowns, a state, Functions."""
-        contact = self.problem.contact
-        unknowns, first = contact.unknowns, state.parts[0]
-        for k, f in enumerate(unknowns.functions):
-            yield _Field(f"unknown[{k}] {f.name}", f.function_space, f.x.array)
-        for k, one in enumerate(unknowns.displacements):
-            own = first.u_old[unknowns.u_places(k)]
-            yield _Field(f"accepted[{k}] {one.given.name}", one.u.function_space, own)
-        for k, (part, of_part) in enumerate(zip(contact.parts, state.parts)):
-            if part.surfaces.multiplier is not None:
-                f = part.surfaces.multiplier
-                yield _Field(f"multiplier {k}", f.function_space, f.x.array)
-            if of_part.slip is not None:
-                yield _Field(f"slip {k}", part.surfaces.scalar, of_part.slip)
-            if of_part.augmentation is not None:
-                own = of_part.augmentation
-                yield _Field(f"augmentation {k}", part.surfaces.scalar, own)
+    def _quantities(self) -> list[Quantity]:
+        """All that the file has: what is set for a step, the state, what a history goes
+        on from, Functions."""
+        found = [
+            *settings(self.problem, self._bodies),
+            *self.problem.contact.quantities(),
+        ]
+        if self.history is not None:
+            found += self.history.quantities()
         for k, f in enumerate(self._more):
-            yield _Field(f"more[{k}] {f.name}", f.function_space, f.x.array)
+            if not any(_is_of(f, one) for one in found):  # more than once
+                found.append(of_function(f"more[{k}] {f.name}", f))
+        return found
 
     # Writing
 
@@ -155,71 +140,57 @@ class Checkpoint:
         with together(self._comm):
             if not (is_real_number(time) and np.isfinite(time)):
                 raise ContactError(f"time must be a load factor, not {time!r}")
-        state = self.problem.contact.state()
-        tables = [*self._by_cell(self._fields(state)), *self._springs(state)]
+        self.problem.contact.unknowns.pull()
+        found = self._quantities()
+        tables = [*self._by_cell(found), *self._by_facet(found)]
+        alike = ((one.name, one.read()) for one in found if one.by is None)
         head = {
             "time": float(time),
-            "steps": self.problem.steps_accepted,
-            "bodies": [
-                {
-                    "name": b.name,
-                    "moved": as_list(b.cpp.moved),
-                    "turned": as_list(b.cpp.turned),
-                }
-                for b in self._bodies
-            ],
+            "bodies": [body.name for body in self._bodies],
             "contacts": [
-                {
-                    "gamma": one.gamma if is_real_number(one.gamma) else None,
-                    "scale": one.gamma_scale,
-                    "soft": one.assembly.gamma_is_soft,
-                    # By pair; none of a number and of other coefficients
-                    "tables": [as_list(t) for t in getattr(one.gamma, "tables", ())]
-                    if one.assembly.gamma_is_soft
-                    else None,
-                    "law": _law(one),
-                    "motions": [as_list(motion) for motion in part.old_motions],
-                    "freedoms": [as_list(values) for values in part.freedoms],
-                }
-                for one, part in zip(self.problem.contact.contacts, state.parts)
+                {"slave": list(map(str, one.surfaces.tags)), "law": _law(one)}
+                for one in self.problem.contact.contacts
             ],
+            "arrays": {name: as_list(of) for name, of in alike if of is not None},
         }
         if self.history is not None:
             rows = [list(row) for row in self.history.rows]
             head["history"] = {"columns": list(self.history.columns), "rows": rows}
         write_tables(self._comm, self.path, head, tables)
 
-    def _by_cell(self, fields: Iterable[_Field]) -> Iterator[Table]:
+    def _by_cell(self, quantities: Iterable[Quantity]) -> Iterator[Table]:
         """Yield nodes of the cells of each mesh, by which another mesh is known, and
-        fields by cell. Collective."""
+        arrays by cell. Collective."""
         found = []
         for k, mesh in enumerate(self._meshes):
             nodes = compat.geometry_dofmap(mesh)[: compat.owned_cells(mesh)]
             x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
             found.append((f"mesh {k}", mesh, x))
-        for f in fields:
-            found.append((f.name, f.V.mesh, compat.values_by_cell(f.V, f.array)))
+        for one in filter(_is_by_cell, quantities):
+            array = one.read()
+            if array is not None:
+                values = compat.values_by_cell(one.by, array)
+                found.append((one.name, one.by.mesh, values))
         for name, mesh, values in found:
             numbers = compat.cells_as_given(mesh)
             yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
 
-    def _springs(self, state: Any) -> Iterator[Table]:
-        """Yield what friction springs hold, by slave facet: cell, number of the facet
-        within it, and vectors at the dofs of the cell, 0 off the facet."""
-        tractions = [t for part in state.parts for t in part.traction_old]
-        for k, (zone, held) in enumerate(zip(self.problem.contact.zones, tractions)):
+    def _by_facet(self, quantities: Iterable[Quantity]) -> Iterator[Table]:
+        """Yield arrays by slave facet: cell, number of the facet within it, and vectors
+        at the dofs of the cell, 0 off the facet. Collective."""
+        for one in filter(_is_by_facet, quantities):
+            held = one.read()
             if self._comm.allreduce(held is not None) == 0:
                 continue
-            number, slots, size = self._slots(zone)
-            values = np.zeros((len(number), size, zone.facets.slave_surface.gdim))
+            number, slots, size = self._slots(one.by)
+            gdim = one.by.facets.slave_surface.gdim
+            values = np.zeros((len(number), size, gdim))
             if held is not None:
                 values[np.arange(len(number))[:, None], slots] = held
             count = self._comm.allreduce(len(number))
             first = sum(self._comm.allgather(len(number))[: self._comm.rank])
-            table = np.column_stack(
-                [number, values.reshape(len(number), size * values.shape[2])]
-            )
-            yield Table(f"springs {k}", count, np.arange(len(number)) + first, table)
+            table = np.column_stack([number, values.reshape(len(number), size * gdim)])
+            yield Table(one.name, count, np.arange(len(number)) + first, table)
 
     def _slots(self, zone: Any) -> tuple[Rows, Any, int]:
         """Number of each slave facet that no partition changes, its dofs among those of
@@ -245,114 +216,100 @@ class Checkpoint:
             If there is no such file, if it is cut short, or if it is of another mesh,
             law, other fields, bodies or columns; nothing is then changed.
         """
-        contact, state = self.problem.contact, self.problem.contact.state()
+        contact = self.problem.contact
         head = read_head(self._comm, self.path)
-        fields = list(self._fields(state))
-        tables = list(self._by_cell(fields))
-        springs = head["tables"][len(tables) :]
-        raise_everywhere(self._comm, self._fault_of(head, tables))
+        there = {one["name"]: one for one in head["tables"]}
+        found = [
+            one
+            for one in self._quantities()
+            # A state may be older than who has extended it, and have what is to come
+            if not (_is_by_cell(one) and Owners.has(one.name))
+            or (one.name in there and one.read() is not None)
+        ]
+        tables = list(self._by_cell(found))
+        raise_everywhere(self._comm, self._fault_of(head, tables, found))
+        known = [there[table.name] for table in tables]
+        springs = [
+            there[one.name] for one in filter(_is_by_facet, found) if one.name in there
+        ]
+        of = {**head, "tables": known + springs}
         numbers = [table.number for table in tables]
         numbers += [np.arange(table["rows"]) for table in springs]
-        found = read_tables(self._comm, self.path, head, numbers)
-        raise_everywhere(self._comm, self._other_mesh(tables, found))
-        held = dict(zip((one["name"] for one in springs), found[len(tables) :]))
-        tractions, fault = self._tractions(held)
-        raise_everywhere(self._comm, fault)
-
-        # Arrays of the user's Functions, and of the copy of the state
-        for field, values in zip(fields, found[len(self._meshes) :]):
-            f = Function(field.V)
+        rows = read_tables(self._comm, self.path, of, numbers)
+        raise_everywhere(self._comm, self._other_mesh(tables, rows))
+        state = State((name, np.array(of)) for name, of in head["arrays"].items())
+        held = dict(zip((one["name"] for one in springs), rows[len(tables) :]))
+        raise_everywhere(self._comm, self._take_facets(state, found, held))
+        of_cells = rows[len(self._meshes) :]
+        for one, values in zip(filter(_is_by_cell, found), of_cells):
+            f = Function(one.by)
             compat.set_by_cell(f, values)
-            field.array[:] = f.x.array
-        arrays = {field.name: field.array for field in fields}
-        for body, known in zip(self._bodies, head["bodies"]):
-            body.cpp.moved, body.cpp.turned = known["moved"], known["turned"]
-        self._set_gamma(head["contacts"])
-        contact.restore(self._state(state, arrays, tractions, head["contacts"]))
+            state[one.name] = f.x.array
+        own = {one.name for one in contact.quantities()}
+        for one in found:
+            if one.name not in own:
+                one.write(state.pop(one.name, None))
+        contact.restore(state)
+        waiting = contact.owners.waiting
+        for table in head["tables"]:
+            if Owners.has(table["name"]) and table["name"] not in state:
+                waiting[table["name"]] = partial(self._late, head, table)
+        contact.owners.claim()
         if contact.updates == 0:
             contact.update()
         self.problem.evaluate()
-        self.problem.steps_accepted = int(head["steps"])
-        self.problem.restored = tuple(self._more)
         if self.history is not None:
-            self.history.resume(head["history"]["rows"])
+            saved = head["history"]
+            self.history.go_on(saved["columns"], saved["rows"])
         return float(head["time"])
 
-    def _state(
-        self, state: Any, arrays: dict[str, Array], tractions: Any, known: Any
-    ) -> Any:
-        """A state of the contacts with the values of the file."""
-        contact = self.problem.contact
-        unknowns = contact.unknowns
-        unknowns.pull()
-        u_old = np.empty_like(state.parts[0].u_old)
-        for k, one in enumerate(unknowns.displacements):
-            u_old[unknowns.u_places(k)] = arrays[f"accepted[{k}] {one.given.name}"]
-        parts, springs = [], iter(tractions)
-        for k, (part, of_part) in enumerate(zip(state.parts, known)):
-            motions = [np.array(m).reshape(-1, 15) for m in of_part["motions"]]
-            new = replace(
-                part,
-                u=unknowns.u.x.array.copy(),
-                u_old=u_old,
-                multiplier=arrays.get(f"multiplier {k}"),
-                traction_old=[next(springs) for _ in part.traction_old],
-                unknowns=None if part.unknowns is None else unknowns.values(),
-                old_motions=motions,
-                freedoms=[np.array(values) for values in of_part["freedoms"]],
-                slip=arrays.get(f"slip {k}"),
-                augmentation=arrays.get(f"augmentation {k}"),
-            )
-            parts.append(new)
-        return parts[0] if len(parts) == 1 else JointState(tuple(parts))
+    def _late(self, head: Any, table: Any, one: Quantity) -> Array:
+        """Read an array by cell whose owner has been made after the others were read.
+        Collective."""
+        f, numbers = Function(one.by), [compat.cells_as_given(one.by.mesh)]
+        of = {**head, "tables": [table]}
+        compat.set_by_cell(f, read_tables(self._comm, self.path, of, numbers)[0])
+        return f.x.array
 
-    def _set_gamma(self, known: Any) -> None:
-        """Set the coefficients: a path may have changed them, and the automatic ones
-        differ by rounding with the partition. Collective."""
-        for one, saved in zip(self.problem.contact.contacts, known):
-            factor = saved["scale"] / one.gamma_scale
-            if saved.get("tables") and isinstance(one.gamma, PairCoefficients):
-                # No multiple of the automatic ones
-                tables = [np.array(table) for table in saved["tables"]]
-                one.set_gamma(PairCoefficients(one.gamma.interfaces, tables))
-            elif saved["gamma"] is not None:
-                one.set_gamma(saved["gamma"])
-            elif isinstance(one.gamma, PairCoefficients) and abs(factor - 1.0) > SAME:
-                one.set_gamma(factor * one.gamma)
-            if saved.get("soft"):
-                one.assembly.soft_gamma = one.gamma
-
-    def _tractions(self, held: dict[str, Array]) -> tuple[list[Any], str | None]:
-        """Tractions of the springs of each zone, and why there are none."""
-        found: list[Any] = []
-        for k, zone in enumerate(self.problem.contact.zones):
-            rows = held.get(f"springs {k}")
+    def _take_facets(
+        self, state: State, quantities: Iterable[Quantity], held: dict[str, Array]
+    ) -> str | None:
+        """Put arrays by slave facet into a state; return why they do not fit."""
+        for one in filter(_is_by_facet, quantities):
+            rows = held.get(one.name)
             if rows is None:
-                found.append(None)
                 continue
-            number, slots, size = self._slots(zone)
+            number, slots, size = self._slots(one.by)
             saved = rows[:, 0].astype(np.int64)
             order = np.argsort(saved)
             place = np.searchsorted(saved[order], number)
             at = order[np.minimum(place, len(saved) - 1)] if len(saved) else place
-            gdim = zone.facets.slave_surface.gdim
+            gdim = one.by.facets.slave_surface.gdim
             if len(number) and not (len(saved) and np.array_equal(saved[at], number)):
-                return found, self._says(f"slave surface {k} has other facets")
+                return self._says(f"{one.name}: the slave surface has other facets")
             values = rows[at, 1:].reshape(len(number), size, gdim)
-            found.append(values[np.arange(len(number))[:, None], slots])
-        return found, None
+            state[one.name] = values[np.arange(len(number))[:, None], slots]
+        return None
 
     def _says(self, text: str) -> str:
         return f"{self.path} is of another problem: {text}"
 
-    def _fault_of(self, head: Any, tables: Sequence[Table]) -> str | None:
+    def _fault_of(
+        self, head: Any, tables: Sequence[Table], quantities: Iterable[Quantity]
+    ) -> str | None:
         """Why the file is none of this problem, if so; rows are not looked at."""
         contacts = zip(head["contacts"], self.problem.contact.contacts)
         for k, (known, one) in enumerate(contacts):
-            law, own = known.get("law"), _law(one)  # older files have none
+            law, own = known.get("law"), _law(one)
             if law and own and law != own:
                 return self._says(f"its contact[{k}] has {law}, here is {own}")
-        saved = [one for one in head["tables"] if not one["name"].startswith("springs")]
+        names = {table.name for table in tables}
+        saved = [
+            one
+            for one in head["tables"]
+            if one["name"] in names
+            or not (one["name"].startswith("springs") or Owners.has(one["name"]))
+        ]
         for k, table in enumerate(tables):
             name = saved[k]["name"] if k < len(saved) else None
             if name != table.name:
@@ -367,13 +324,27 @@ class Checkpoint:
         if len(saved) > len(tables):
             return self._says(f"it has {saved[len(tables)]['name']}, which is not here")
         bodies = [body.name for body in self._bodies]
-        theirs = [body["name"] for body in head["bodies"]]
-        if bodies != theirs:
-            return self._says(f"its rigid bodies are {theirs}, here are {bodies}")
+        if bodies != head["bodies"]:
+            return self._says(
+                f"its rigid bodies are {head['bodies']}, here are {bodies}"
+            )
+        for one in quantities:
+            array = head["arrays"].get(one.name)
+            if one.by is None and (array is None or one.fault is not None):
+                fault = one.fault_of(None if array is None else np.array(array))
+                if fault is not None:
+                    return self._says(fault)
         if self.history is not None:
-            columns = head.get("history", {}).get("columns")
-            if columns != list(self.history.columns):
-                return self._says(f"its history has the columns {columns}")
+            return self._fault_of_columns(head.get("history", {}).get("columns", []))
+        return None
+
+    def _fault_of_columns(self, columns: Sequence[str]) -> str | None:
+        """Why records do not fit. Further columns at their end wait for what will
+        include them: `LoadSteps` does."""
+        assert self.history is not None
+        own = self.history.columns
+        if tuple(columns[: len(own)]) != own:
+            return self._says(f"its history has the columns {list(columns)}")
         return None
 
     def _other_mesh(
@@ -397,3 +368,19 @@ def _law(contact: Any) -> str | None:
     dual = "multiplier='dual' and " * method.is_dual
     sides = " and exchanged sides" * bool(contact.surfaces.exchanged)
     return f"{dual}condition={method.condition!r}{sides}"
+
+
+def _is_by_cell(one: Quantity) -> bool:
+    return isinstance(one.by, FunctionSpace)
+
+
+def _is_by_facet(one: Quantity) -> bool:
+    return isinstance(one.by, ZoneData)
+
+
+def _is_of(f: Function, one: Quantity) -> bool:
+    """Whether an array is that of a Function."""
+    if not (_is_by_cell(one) and one.by.mesh is f.function_space.mesh):
+        return False
+    array = one.read()
+    return array is not None and np.shares_memory(array, f.x.array)

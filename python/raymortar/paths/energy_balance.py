@@ -9,7 +9,7 @@ import numpy as np
 
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
-from ..interface.present import State
+from ..state import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
@@ -27,7 +27,8 @@ MISSING = 0.02
 # in small and large steps; a hook whose nose is one facet lacks up to 0.28, half of all
 # energies of its steps. A disc that turns against its moment lacks all of them
 RIPPLE, MOST_RIPPLE = 0.3, 0.55
-# Energy that is set free in a snap, over all energies. Smooth steps stay below a fiftieth
+# Energy left over, from all energies on which a snap is sure. Smooth steps stay below a
+# fiftieth
 FREED = 0.1
 
 # Size of a step, over the energy that the bodies hold, below which all is rounding
@@ -72,10 +73,16 @@ class Balance:
         return not self.most >= -allowed  # nor if it is no number
 
     @property
-    def released(self) -> float:
-        """Energy that a snap has set free at least, 0 where there is none."""
+    def has_snapped(self) -> bool:
+        """Whether energy is left over at the loads of the step's start already. A snap
+        under larger loads may leave none."""
         clear = max(FREED * self.size, RIPPLE * self.ripple, self.rounding)
-        return self.least if self.least > clear else 0.0
+        return self.least > clear
+
+    @property
+    def released(self) -> tuple[float, float]:
+        """Bounds of the energy that a snap within the step has set free."""
+        return max(self.least, 0.0), max(self.most, 0.0)
 
 
 @dataclass(frozen=True)
@@ -116,7 +123,8 @@ def balance_of_step(
     """
     contact: Any = problem.contact
     end = contact.state()
-    du = (end.u - begin.u)[: contact.layout.n_u]
+    u = contact.u_of(end)
+    du = (u - contact.u_of(begin))[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
     first = _end(problem, of_begin=True)
@@ -138,7 +146,7 @@ def balance_of_step(
         way = new_place - place
         works.append((float(force @ way), float(new_force @ way)))
     through_contact = float(last.tractions @ du)
-    carried = float(np.abs(last.tractions) @ np.abs(end.u[: len(du)]))
+    carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
     taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
     taken += last.stored - first.stored
@@ -208,7 +216,7 @@ def _volume_forces(problem: CoupledProblem) -> Array:
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     """Average the form's forces between two states; leave u elsewhere. Collective."""
     unknowns, mean = problem.contact.unknowns, np.zeros(problem.contact.layout.n_u)
-    a, b = (one.u if one.unknowns is None else one.unknowns for one in (begin, end))
+    a, b = map(problem.contact.values_of, (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
         unknowns.set_values(a + place * (b - a))
         mean += weight * _volume_forces(problem)

@@ -12,11 +12,9 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
 
-from .. import compat
 from ..compat import Array
-from ..discretization.forms import check_functional, check_supports
+from ..discretization.forms import check_functional, check_supports, functional
 from ..errors import (
     ContactError,
     is_real_number,
@@ -32,6 +30,7 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
+from ..state import Quantity
 from .patch_columns import (
     BodyColumns,
     Part,
@@ -40,23 +39,13 @@ from .patch_columns import (
     patch_columns,
     torque_columns,
 )
+from .records import checked, numbers, read_records
 
 # First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
     *("force_", "normal_", "tangential_", "radial_", "reaction_", "push_"),
     *("moment_", "torque_", "area_", "work_", "energy", "friction_work", "stored_"),
 )
-
-
-def _numbers(row: Mapping[str, Any]) -> dict[str, float]:
-    """Convert the values of a record."""
-    for name, value in row.items():
-        try:
-            float(value)
-        except (TypeError, ValueError):
-            message = f"{name} of a record must be a number, not {value!r}"
-            raise ContactError(message) from None
-    return {name: float(value) for name, value in row.items()}
 
 
 def _parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
@@ -78,7 +67,8 @@ class History:
     reactions
         Dirichlet condition, or a list of them, by the name of the support.
     energy
-        UFL functional of the stored energy.
+        UFL functional of the stored energy; of bodies on meshes of their own a list of
+        one for each.
     more
         Functions without argument that give a number, by the name of their column.
         Every rank calls them, and rank 0 gives the number.
@@ -143,7 +133,7 @@ class History:
         problem: CoupledProblem,
         file: str | Path | None = None,
         reactions: Mapping[str, Any] | None = None,
-        energy: ufl.Form | None = None,
+        energy: ufl.Form | Sequence[ufl.Form] | None = None,
         more: Mapping[str, Callable[[], float]] | None = None,
         patches: bool = False,
         axes: Mapping[str, Any] | None = None,
@@ -163,14 +153,14 @@ class History:
             if not is_truth_value(patches):
                 raise ContactError(f"patches must be True or False, not {patches!r}")
             turns = checked_axes(problem, axes)
-            check_functional("energy", energy)
+            forms = check_functional("energy", energy)
             self.symmetry = positive("symmetry", symmetry)
         require_agreement(self._comm, symmetry=self.symmetry)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
         parts = self._parts()
         self._works = SupportWork(problem, works)
-        self._sources = list(self._own_columns(supports, energy, parts))
+        self._sources = list(self._own_columns(supports, forms, parts))
         if patches:
             self._sources += patch_columns(problem, parts)
         self._sources += torque_columns(turns, parts)
@@ -181,6 +171,7 @@ class History:
         self._sums = [name for name in own if name.startswith(_SUMS)]
         self._set_columns(["time", "iterations", "halvings", *own, *self._more])
         self.rows: list[Any] = []
+        self._awaited: set[str] = set()  # columns of records that nothing gives yet
         self._begun = False
 
     def __repr__(self) -> str:
@@ -232,7 +223,7 @@ class History:
         return found
 
     def _own_columns(
-        self, supports: Mapping[str, Any], energy: ufl.Form | None, parts: list[Part]
+        self, supports: Mapping[str, Any], energy: Sequence[ufl.Form], parts: list[Part]
     ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
         """Yield names of columns with the function that finds their values."""
         contact, axes = self.problem.contact, "xyz"[: self._dim]
@@ -252,9 +243,8 @@ class History:
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())
-        if energy is not None:
-            form = compat.form(energy)
-            yield ["energy"], lambda: self._comm.allreduce(fem.assemble_scalar(form))
+        if energy:
+            yield ["energy"], functional(energy, self._comm)
         frictional = any(zone.frictional for zone in zones)
         if frictional:
             none = {"friction_work": 0.0}
@@ -278,11 +268,29 @@ class History:
         ContactError
             If columns would be added to a history that has records.
         """
-        new = [name for name in more if name not in self._more]
+        given = self._more.keys() | self._awaited
+        new = [name for name in more if name not in given]
         fault = f"a history that has records takes no more columns: {list(more)}"
         raise_everywhere(self._comm, fault if self.rows and new else None)
         self._set_columns([*self.columns, *new])
         self._more.update(more)
+        self._awaited -= more.keys()
+
+    def require_columns(self) -> None:
+        """Raise where nothing gives columns that the records go on from have.
+        Collective."""
+        fault = None
+        if self._awaited:
+            fault = (
+                f"the records that the history goes on from have {sorted(self._awaited)}, "
+                "which nothing gives here: go on as they began, with the same control= "
+                "or stabilize="
+            )
+        raise_everywhere(self._comm, fault)
+
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield what the next record goes on from besides the last one."""
+        yield from self._works.quantities()
 
     def record(self, time: float, iterations: int = 0, halvings: int = 0) -> None:
         """Add the present state, after a solve and before `Contact.advance`.
@@ -294,8 +302,9 @@ class History:
         ContactError
             If the file cannot be written.
         """
+        self.require_columns()
         with together(self._comm):
-            row = _numbers(
+            row = numbers(
                 {"time": time, "iterations": iterations, "halvings": halvings}
             )
         for names, values in self._sources:
@@ -304,7 +313,7 @@ class History:
         more = {name: number() for name, number in self._more.items()}
         with together(self._comm):
             if self._comm.rank == 0:  # it alone evaluates and writes them
-                row |= _numbers(more)
+                row |= numbers(more)
         self.rows.append(self._row(**self._comm.bcast(row, root=0)))
         self._write(self.rows[-1:] if self._begun else self.rows)
 
@@ -360,40 +369,23 @@ class History:
             if not is_real_number(until):
                 raise ContactError(f"until must be a load factor, not {until!r}")
             if rows is not None:
-                found = self._checked(rows)
+                found = checked(rows, len(self.columns))
             elif self._comm.rank == 0:
-                found = self._checked(self._read())
+                found = read_records(self.path, self.columns)
         kept = [self._row(*values) for values in self._comm.bcast(found, root=0)]
         self.rows = [row for row in kept if row.time <= until * (1.0 + 1e-12)]
         self._works.begin_here()
+        self._begin_anew()
+
+    def go_on(self, columns: Sequence[str], rows: Sequence[Sequence[float]]) -> None:
+        """Go on from records whose columns may be more than there are here: those wait
+        until they are included. Collective."""
+        self._awaited = set(columns[len(self.columns) :])
+        self._set_columns(columns)
+        self.rows = [self._row(*row) for row in rows]
+        self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        """Write the file anew with the records. Collective."""
         self._begun = False
         self._write(self.rows)
-
-    def _checked(self, rows: Any) -> list[list[float]]:
-        """Check that records are numbers, one for each column."""
-        try:
-            found = [[float(value) for value in row] for row in rows]
-        except (TypeError, ValueError):
-            message = f"rows must be records, as of History.rows, not {rows!r}"
-            raise ContactError(message) from None
-        n = len(self.columns)
-        for i, row in enumerate(found):
-            if len(row) != n:
-                message = f"record {i} has {len(row)} values, this history {n} columns"
-                raise ContactError(message)
-        return found
-
-    def _read(self) -> list[list[float]]:
-        """Read the complete records of the file."""
-        if self.path is None:
-            raise ContactError("a history without a file has none to go on from")
-        try:
-            text = self.path.read_text(encoding="utf-8")
-            # The line that a killed run was writing has no end
-            head, *lines = csv.reader(text.split("\n")[:-1])
-            rows = [[float(x) for x in values] for values in lines]
-        except (OSError, ValueError) as error:
-            raise ContactError(f"{self.path} cannot be read: {error}") from None
-        if tuple(head) != self.columns:
-            raise ContactError(f"{self.path} has other columns than this history")
-        return rows

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -20,7 +21,8 @@ from ..diagnose.lost_contact import loose_bodies
 from ..discretization.ranks import largest
 from ..errors import ConvergenceError, raise_everywhere, require_agreement
 from ..solvers.solver import forwarded
-from .controls import ArcLength, DisplacementControl, mean_weights
+from ..state import State
+from .controls import DisplacementControl, mean_weights
 from .load_path import PrescribedPath
 
 # Change of the load factor, as a share of the path, for difference quotients. Only loads
@@ -31,8 +33,6 @@ CHANGE = 1e-6
 NO_CHANGE = 1e-12
 # Tolerance of the equation that leads, as a share of the step
 TOLERANCE = 1e-10
-# Cosine between one step and the next below which a path has turned back
-TURNED = -0.5
 
 # Of displacement (owned dofs and ghosts) and load factor
 Change = tuple[Array, float]
@@ -58,6 +58,7 @@ class LedPath(PrescribedPath, ABC):
         self._u, self._n = self._contact.u, self._contact.layout.n_u
         self._change = CHANGE * (self._ends[1] - self._ends[0])
         self.trial = self._before = self.factor
+        self._done = 0.0  # `time` at the start, of a path that goes on
 
     @abstractmethod
     def row(self) -> tuple[Array, float, float]:
@@ -89,6 +90,11 @@ class LedPath(PrescribedPath, ABC):
         """Load factor at the start of the step, as its end is not known."""
         return self.factor
 
+    @property
+    def passed(self) -> float:
+        """`time` at the end of the last step."""
+        return self.time
+
     def begin(self) -> None:
         self.trial = self.factor
 
@@ -104,6 +110,23 @@ class LedPath(PrescribedPath, ABC):
 
     def describe(self) -> str:
         return f"the step after load factor {self.factor:.6g} failed"
+
+    def remember(self) -> list[float]:
+        return [
+            *self._ends,
+            self.factor,
+            *self.sizes.remember()[:4],
+            self._before,
+            self.passed,
+        ]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        begin, end, factor = numbers[:3]
+        if len(numbers) < 9 or self._ends != (factor, end):
+            return
+        self._change = CHANGE * (end - begin)
+        self.sizes.recall(numbers[3:7], as_rest=False)
+        self._before, self._done = numbers[7:9]
 
     def _load(self, factor: float) -> None:
         self._apply(factor, factor - self.factor)
@@ -265,7 +288,11 @@ class DisplacementPath(LedPath):
     @property
     def time(self) -> float:
         """Share of the whole growth of the displacement."""
-        return self.sizes.share
+        return self._done + (1.0 - self._done) * self.sizes.share
+
+    @property
+    def passed(self) -> float:
+        return self._done + (1.0 - self._done) * self.sizes.done
 
     def begin(self) -> None:
         super().begin()
@@ -280,109 +307,3 @@ class DisplacementPath(LedPath):
             TOLERANCE * abs(self.sizes.part * self._by) + weight * self._rounding()
         )
         return abs(self.controlled - self._target) <= allowed
-
-
-class ArcPath(LedPath):
-    """Take steps of given length until the load factor meets the end. Collective."""
-
-    time = 0.0  # the length of the path so far
-
-    def __init__(self, control: ArcLength, *given: Any) -> None:
-        super().__init__(*given)
-        self._psi, self._most = float(control.psi), control.most
-        self._nodes = self._u.function_space.dofmap.index_map.size_global
-        # First change of the load factor. Its sign says which way the path sets out
-        towards = (self._ends[1] - self._ends[0]) * self.sizes.part
-        self._towards = -towards if control.falling else towards
-        self._first = control.radius  # None: the first solve finds it
-        self._last: Change | None = None
-        self._count, self._sets_out = 0, True
-
-    @property
-    def _radius(self) -> float | None:
-        return None if self._first is None else self.sizes.size * self._first
-
-    @property
-    def ended(self) -> bool:
-        """Whether the path is at its end; an error if it has taken too many steps."""
-        at_end = self.factor == self._ends[1] and self._count > 0
-        if not at_end and self._count >= self._most:
-            raise ConvergenceError(
-                f"the path is at load factor {self.factor:.6g} after {self._most} "
-                f"steps, and has not met its end at {self._ends[1]:.6g}"
-            )
-        return at_end
-
-    def _product(self, a: Change, b: Change) -> float:
-        """Multiply two changes as vectors. Length squared. Collective."""
-        mine = float(a[0][: self._n] @ b[0][: self._n]) / self._nodes
-        return float(self._comm.allreduce(mine)) + self._psi**2 * a[1] * b[1]
-
-    def _since(self) -> Change:
-        """Find the change since the step began."""
-        return self._u.x.array - self._state.u, self.trial - self.factor
-
-    def begin(self) -> None:
-        super().begin()
-        self._state = self._contact.state()
-
-    def row(self) -> tuple[Array, float, float]:
-        """Go ahead along the path at first, later to the sphere's tangent plane."""
-        change, radius = self._since(), self._radius
-        here = self._product(change, change)
-        self._sets_out = radius is None or here <= (TOLERANCE * radius) ** 2
-        if radius is not None and not self._sets_out:
-            normal, right = change, 0.5 * (here - radius**2)
-        elif self._last is not None:
-            normal, right = self._last, -self._product(self._last, self._last)
-        else:
-            return np.zeros(self._n), 1.0, -self._towards
-        g = normal[0][: self._n] / self._nodes
-        return g, self._psi**2 * normal[1], right
-
-    def share(self, change: Array, step: float) -> float:
-        if not self._sets_out:
-            return 1.0
-        length = self._product((change, step), (change, step)) ** 0.5
-        if length == 0.0:
-            raise ConvergenceError(
-                "the loads move nothing: give ArcLength a psi, or apply what loads"
-            )
-        if self._first is None:
-            self._first = length
-        return self.sizes.size * self._first / length
-
-    def is_met(self) -> bool:
-        radius, change = self._radius, self._since()
-        if radius is None:
-            return False
-        lacks = abs(self._product(change, change) ** 0.5 - radius)
-        return lacks <= TOLERANCE * radius + self._rounding()
-
-    def check(self) -> None:
-        change, last = self._since(), self._last
-        if last is None:
-            fault = "sets out backwards" if change[1] * self._towards < 0.0 else ""
-        else:
-            size = (self._product(change, change) * self._product(last, last)) ** 0.5
-            turns = self._product(change, last) < TURNED * size
-            fault = "turns back" if turns else ""
-        if fault:
-            raise ConvergenceError(f"the path {fault}: take a smaller radius")
-
-    def solve(self) -> tuple[int, bool]:
-        """Solve a step, which is cut if it passes the end of the path."""
-        iterations, converged = super().solve()
-        end, way = self._ends[1], self.trial - self.factor
-        if (self.trial - end) * (self.factor - end) <= 0.0 and way != 0.0:
-            self._contact.go_back(self._state, (end - self.factor) / way)
-            self._load(end)
-            iterations += int(self._given.solve()[0])
-            self.trial = end
-        return iterations, converged
-
-    def reached(self) -> None:
-        self._last = self._since()
-        super().reached()
-        self.time += self._product(self._last, self._last) ** 0.5
-        self._count += 1

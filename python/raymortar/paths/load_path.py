@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,15 @@ from ..errors import (
 )
 from ..problem import CoupledProblem
 from ..solvers.newton import NewtonSolver, SNESSolver
+from ..state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
 from .output import is_file
 
 STRATEGIES = ("auto", "halve")
+
+# Relative difference of numbers of steps that are equal
+SAME_SIZE = 1e-9
 
 
 class StepSizes:
@@ -40,10 +44,30 @@ class StepSizes:
         self._largest, self._easy = largest, easy
         self._done, self.size, self._last = 0.0, 1.0, 1.0
 
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        return [self._all, self._done, self.size, self._last]
+
+    def recall(self, numbers: Sequence[float], as_rest: bool) -> bool:
+        """Go on from numbers, as the rest of a path or a path of one's own; return False
+        where not as many steps are left as there are."""
+        known, done, *sizes = numbers
+        if abs(known - done - self._all) > SAME_SIZE * self._all:
+            return False
+        if as_rest:
+            self._all, self._done = known, done
+        self.size, self._last = sizes[:2]
+        return True
+
     @property
     def ended(self) -> bool:
         """Whether the path is at its end."""
         return self._done == self._all
+
+    @property
+    def done(self) -> float:
+        """Share of the path after the last step."""
+        return self._done / self._all
 
     @property
     def share(self) -> float:
@@ -87,6 +111,11 @@ class StepSizes:
 class ArcSizes(StepSizes):
     """Let the iterations of each step decide the next radius, in first radii."""
 
+    def recall(self, numbers: Sequence[float], as_rest: bool) -> bool:
+        """Go on from numbers: nobody knows how many steps are left."""
+        self.size, self._last = numbers[2:4]
+        return True
+
     def accept(self, iterations: int) -> None:
         easy = max(self._easy, 1) / max(iterations, 1)
         # However small a step is, contact needs some iterations. So steps shrink only
@@ -116,6 +145,17 @@ class PrescribedPath:
         self._given, self._apply = solver, apply
         self._ends, self.sizes = ends, sizes
         self.factor = ends[0]
+
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        return [*self._ends, self.factor, *self.sizes.remember()]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        """Go on from numbers, and the starts of the last steps, where this path is the
+        rest of theirs. Collective."""
+        begin, end, factor, *sizes = numbers
+        if self._ends == (factor, end) and self.sizes.recall(sizes, as_rest=True):
+            self._ends = begin, end
 
     @property
     def solver(self) -> Any:

@@ -20,10 +20,11 @@ from ..errors import (
     together,
     warn,
 )
-from ..interface.present import State
+from ..state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
-from .led_paths import ArcPath, DisplacementPath
+from .arc_path import ArcPath
+from .led_paths import DisplacementPath
 from .load_path import (
     ArcSizes,
     PrescribedPath,
@@ -32,6 +33,7 @@ from .load_path import (
     check_solver,
     with_size,
 )
+from .memory import memory_of
 from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
 from .stabilization import Stabilization
@@ -181,7 +183,7 @@ class LoadSteps:
             forces = self._stabilization = Stabilization(solver, float(stabilize))
             columns["viscous_work"] = lambda: forces.work
             columns["viscous_share"] = lambda: forces.share
-        self._path = self._new_path()
+        self._path, self._memory = self._new_path(), memory_of(solver.problem.contact)
         if control is not None:
             columns["load_factor"] = lambda: self._path.factor
             columns["controlled"] = lambda: self._path.controlled
@@ -235,8 +237,12 @@ class LoadSteps:
         ways.rejected = partial(self._tell, self.on_reject)
         self._warn_of_velocities()
         masters, doubts = MastersOnPath(contact), Doubts(problem)
-        last, snapped, effort = None, False, Effort(problem)
+        snapped, effort = False, Effort(problem)
         masters.look()
+        if self.history is not None:
+            self.history.require_columns()
+        self._memory.follow(self, path, ways)
+        last = self._memory.starts[-1] if self._memory.starts else None
         while not path.ended:
             before = contact.state()
             progress.solving(path.next)
@@ -263,13 +269,16 @@ class LoadSteps:
             problem.evaluate()
             masters.look()
             doubts.warn(stacklevel=3)
-            if ways.released and not snapped:
+            balance = ways.balance
+            released = None if balance is None else balance.released
+            if balance is not None and balance.has_snapped and not snapped:
                 snapped = True
+                least, most = balance.released
                 text = (
                     f"a snap was passed before load factor {path.factor:.6g}, by way of "
-                    f'"{ways.used}": it sets an energy of {ways.released:.3g} free, and '
-                    "without inertia its end is one of several. See LoadStep.released; "
-                    "control= follows the path of equilibria"
+                    f'"{ways.used}": it sets an energy from {least:.3g} to {most:.3g} '
+                    "free, and without inertia its end is one of several. Smaller steps "
+                    "narrow both; control= follows the path of equilibria"
                 )
                 warn(text, 3)
             if self.history is not None:
@@ -281,6 +290,7 @@ class LoadSteps:
             self._tell(self.on_accept)
             ways.accepted(before)
             path.sizes.accept(iterations)
+            self._memory.note(before)
             last = before
             count = problem.steps_accepted = problem.steps_accepted + 1
             yield self._accepted(
@@ -289,15 +299,15 @@ class LoadSteps:
                 self.halvings,
                 ways.used,
                 count,
-                ways.released,
+                released,
                 *effort.taken(),
             )
         ways.finish()
         masters.warn()
         doubts.end(stacklevel=3)
         for one in contact.contacts:
-            for watcher in one.assembly.present.watchers:
-                text = watcher.path_ended()
+            for follower in one.assembly.present.followers:
+                text = follower.path_ended()
                 if text is not None:
                     warn(text, 3)
 

@@ -51,9 +51,10 @@ class LoadStep:
         ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
         ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
     released
-        Least energy that a snap has set free in this step. 0 without a snap, and also
-        where no energy balance is made: in steps by ``"full"`` or as asked, with
-        ``control``, and of bodies on meshes of their own.
+        Bounds (least, most) of the energy that a snap within the step has set free. The
+        step does not know the load of the snap: smaller steps narrow them. With a least
+        of 0 there may have been none. None where no energy balance is made: in steps by
+        ``"full"`` or as asked, with ``control``, and of bodies on meshes of their own.
     tangents, solves
         Tangents assembled and nonlinear solves begun for the step, including failed
         tries and larger steps that were halved.
@@ -69,7 +70,7 @@ class LoadStep:
     halvings: int
     strategy: str = "full"
     number: int = field(default=1, repr=False)
-    released: float = field(default=0.0, repr=False)
+    released: tuple[float, float] | None = field(default=None, repr=False)
     tangents: int = field(default=0, repr=False)
     solves: int = field(default=0, repr=False)
 

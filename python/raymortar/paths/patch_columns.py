@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 import numpy as np
 
+from .. import compat
 from ..compat import Array
 from ..errors import ContactError, direction, vector
 from ..interface.pairs import as_label
@@ -18,6 +19,7 @@ from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..rigid.body import Body
+from ..state import Quantity, of_part
 
 # Label, slave surface, index of the master (None: all), and what finds the resultant
 Part = tuple[str, int, int | None, Callable[[], Resultant]]
@@ -107,21 +109,33 @@ class SupportWork:
         self.begin_here()
 
     def _now(self) -> tuple[Array, Array]:
-        """Forces that hold the owned dofs of u, and u."""
+        """Forces that hold the dofs of u, ghosts included, and u. Collective."""
         contact = self._problem.contact
-        n = contact.layout.n_u
-        solved = self.names and contact.updates
-        forces = self._problem.forces() if solved else np.zeros(n)
-        return forces, contact.u.x.array[:n].copy()
+        dofmap, u = contact.u.function_space.dofmap, contact.u.x.array.copy()
+        if not (self.names and contact.updates):
+            return np.zeros(len(u)), u
+        forces = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
+        forces.array[: contact.layout.n_u] = self._problem.forces()
+        forces.scatter_forward()
+        return forces.array.copy(), u
 
     def begin_here(self) -> None:
         """Take the present state as the beginning of the next step. Collective."""
         self._forces, self._u = self._now()
 
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield forces and displacement at the last record."""
+        unknowns = self._problem.contact.unknowns
+        for k, one in enumerate(unknowns.displacements if self.names else ()):
+            places, V = unknowns.u_places(k), one.u.function_space
+            yield of_part(f"forces of supports {k}", self, "_forces", places, V)
+            yield of_part(f"places of supports {k}", self, "_u", places, V)
+
     def values(self, last: Mapping[str, float] | None) -> list[float]:
         """Work so far, given the last record. Collective."""
         forces, u = self._now()
-        done = self._held @ (0.5 * (forces + self._forces) * (u - self._u))
+        power = 0.5 * (forces + self._forces) * (u - self._u)
+        done = self._held @ power[: self._held.shape[1]]
         self._forces, self._u = forces, u
         done = self._problem.comm.allreduce(done)
         before = [0.0 if last is None else last[name] for name in self.names]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..diagnose.failure import FAILURES
-from ..interface.present import State
+from ..state import State
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error
@@ -35,6 +35,16 @@ class Prediction:
         self._backoff = Backoff()
         # Starts of the last two accepted steps, and their sizes
         self._begun: list[tuple[State, float]] = []
+
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        return [*self._backoff.remember(), *(size for _, size in self._begun)]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        """Go on from numbers, and the starts of the last steps."""
+        self._backoff.recall(numbers[:2])
+        sizes = numbers[2:]
+        self._begun = list(zip(starts[len(starts) - len(sizes) :], sizes))
 
     def accepted(self, begin: State, jumps: bool) -> None:
         """Note where an accepted step began. Steps up to a jump tell nothing of later
@@ -128,6 +138,14 @@ class Backoff:
         self._left -= rests
         return rests
 
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        return [self._length, self._left]
+
+    def recall(self, numbers: Sequence[float]) -> None:
+        """Go on from numbers."""
+        self._length, self._left = map(int, numbers)
+
     def failed(self) -> None:
         """Note a failure."""
         self._length = min(max(1, 2 * self._length), LONGEST)
@@ -149,6 +167,15 @@ class Lessons:
     def __init__(self, plain: str) -> None:
         self._plain = self._way = plain
         self._in_row, self._backoff = 0, Backoff()  # of the plain solver
+
+    def remember(self, ways: Sequence[str]) -> list[float]:
+        """Numbers from which `recall` goes on, given all ways."""
+        return [ways.index(self._way), self._in_row, *self._backoff.remember()]
+
+    def recall(self, numbers: Sequence[float], ways: Sequence[str]) -> None:
+        """Go on from numbers."""
+        self._way, self._in_row = ways[int(numbers[0])], int(numbers[1])
+        self._backoff.recall(numbers[2:])
 
     @property
     def another_leads(self) -> bool:

@@ -41,6 +41,9 @@ MORE_ITERATIONS = 2
 
 _LINE_SEARCH = "snes_linesearch_type"
 
+# Coefficient in use, and the contact's own
+Gammas = tuple[Any, Any]
+
 
 class SoftStart:
     """Solves with the coefficient of what surfaces yield.
@@ -127,6 +130,18 @@ class PlainSolver:
         self._slow = self._slow + slow if slow else 0
         if self._slow >= IN_A_ROW:
             self._find_start()
+
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        found = [self._start is not None, self._slow, self._stays]
+        return [*map(float, found), *self._without_it.remember()]
+
+    def recall(self, numbers: Sequence[float]) -> None:
+        """Go on from numbers. Collective."""
+        if numbers[0]:
+            self._find_start()
+        self._slow, self._stays = int(numbers[1]), numbers[2] > 0.0
+        self._without_it.recall(numbers[3:])
 
     def may_start_softly(self) -> bool:
         """Find a soft start, once, at a state of the path; return whether there is one
@@ -254,7 +269,7 @@ def iterations_of(solver: Any) -> int:
     return int(solver.solve()[0])
 
 
-def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> int:
+def solve_by_small_gamma(solver: Any, kept: list[list[Gammas]] | None = None) -> int:
     """Solve with a tenth of gamma, then with gamma from there. Collective.
 
     Where that fails, the tenth stays for contacts with a multiplier, if there is a list
@@ -262,19 +277,18 @@ def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> in
     """
     contact = solver.problem.contact
     with _given_back(contact.contacts) as given:
-        _reduce(contact.contacts)
+        _lend_tenths(contact.contacts)
         iterations = solve_roughly(solver)
     reached = contact.state()
     try:
         return iterations + iterations_of(solver)
     except FAILURES as failure:
-        led = [one for one in contact.contacts if one.multiplier is not None]
-        if isinstance(failure, SetUpError) or not led:
+        if isinstance(failure, SetUpError) or not _led(solver.problem):
             raise
         if kept is None or len(kept) == MOST_KEPT:
             raise
     contact.restore(reached)
-    _reduce(led)
+    lend_tenths(solver.problem)
     try:
         iterations += iterations_of(solver)
     except FAILURES:
@@ -284,25 +298,43 @@ def solve_by_small_gamma(solver: Any, kept: list[list[Any]] | None = None) -> in
     return iterations
 
 
+def _led(problem: Any) -> list[Any]:
+    """Contacts with a multiplier."""
+    return [one for one in problem.contact.contacts if one.multiplier is not None]
+
+
+def lend_tenths(problem: Any) -> list[Gammas]:
+    """Lend contacts with a multiplier a tenth of their coefficients; return what
+    `set_gammas` takes to undo it. Collective."""
+    given = _gammas(problem.contact.contacts)
+    _lend_tenths(_led(problem))
+    return given
+
+
+def _gammas(contacts: Sequence[Any]) -> list[Gammas]:
+    return [(one.gamma, one.assembly.own_gamma) for one in contacts]
+
+
 @contextmanager
-def _given_back(contacts: Sequence[Any]) -> Iterator[list[Any]]:
+def _given_back(contacts: Sequence[Any]) -> Iterator[list[Gammas]]:
     """Give contacts their coefficients back in the end. Collective."""
-    given = [one.gamma for one in contacts]
+    given = _gammas(contacts)
     try:
         yield given
     finally:
         set_gammas(contacts, given)
 
 
-def set_gammas(contacts: Sequence[Any], gammas: Sequence[Any]) -> None:
-    """Give each contact its coefficient. Collective."""
-    for contact, gamma in zip(contacts, gammas):
-        contact.set_gamma(gamma)
+def set_gammas(contacts: Sequence[Any], gammas: Sequence[Gammas]) -> None:
+    """Give each contact the coefficient in use and its own. Collective."""
+    for contact, (gamma, own) in zip(contacts, gammas):
+        contact.assembly.set_gamma(gamma, own)
 
 
-def _reduce(contacts: Sequence[Any]) -> None:
-    """Give each contact a tenth of its coefficient. Collective."""
-    set_gammas(contacts, [_tenth(contact.gamma) for contact in contacts])
+def _lend_tenths(contacts: Sequence[Any]) -> None:
+    """Lend each contact a tenth of the coefficient in use. Collective."""
+    tenths = [(_tenth(gamma), own) for gamma, own in _gammas(contacts)]
+    set_gammas(contacts, tenths)
 
 
 def _tenth(gamma: Any) -> Any:

@@ -18,6 +18,7 @@ from ..discretization.surfaces import surface_areas
 from ..interface.point_results import PointStatus
 from ..interface.zone_data import ZoneData
 from ..options.friction import Stick
+from ..terms import Term
 
 # Factor on the share of slip from one tangent to the next
 HARDENS = 0.5
@@ -53,7 +54,7 @@ class _Softened:
     stiffness: float  # over area, traction per length
 
 
-class SoftStick:
+class SoftStick(Term):
     """Tangents between those of stick and slip, or closed and open nodes. Collective.
 
     With stick as it is the excess of friction at a slip front is a force on one node,
@@ -103,11 +104,11 @@ class SoftStick:
         self._zones = [z for z in self._all if z.is_nodal or z.part.gamma_is_soft]
         self._free = [_free(z.part, z.zone) for z in self._zones if opens]
         self._new = [~m & m for m in self._free]
-        problem.soften = self._add if self._softened() else None
-        try:
+        if not self._softened():
             yield
-        finally:
-            problem.soften = None
+            return
+        with problem.extended_by(self):
+            yield
 
     def _shares(self, zone: _Softened) -> tuple[float, float]:
         """Shares of slip and of opening in the next tangent, 0 where they reach no
@@ -134,7 +135,7 @@ class SoftStick:
         norms.clear()
         return True
 
-    def _add(self, A: PETSc.Mat) -> None:
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add to the tangent of the present iterate. Collective."""
         if self._shortens(A):
             return

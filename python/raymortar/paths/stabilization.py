@@ -16,10 +16,10 @@ from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
 from ..errors import ConvergenceError, SetUpError, warn
-from ..interface.present import State
 from ..interface.stiffness import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..solvers.solver import temporarily
+from ..state import State
 from .prediction import Backoff
 from .soft_start import iterations_of
 from .viscosity import Viscosity

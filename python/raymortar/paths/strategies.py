@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from functools import cached_property, partial
 from typing import Any
@@ -12,16 +12,17 @@ import numpy as np
 from ..convergence.convergence import is_in_trouble
 from ..diagnose.failure import FAILURES, attempt
 from ..errors import ConvergenceError, SetUpError
-from ..interface.present import State
+from ..state import State
 from ..solvers.newton import SNESSolver
 from ..solvers.solver import MAX_IT, temporarily
-from .energy_balance import balance_of_step
+from .energy_balance import Balance, balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Lessons, Prediction
 from .soft_start import (
     MORE_ITERATIONS,
     PlainSolver,
     iterations_of,
+    lend_tenths,
     set_gammas,
     solve_by_small_gamma,
     with_line_search,
@@ -30,6 +31,7 @@ from .stabilization import Stabilization
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
+WAYS = (FULL, EXTRAPOLATED, SOFT, SMALL_GAMMA, VISCOUS)
 
 # Names of ways, and what solves in them; None: they do not work
 Ways = Iterator[tuple[str, Callable[[], int | None]]]
@@ -43,8 +45,8 @@ class Strategies:
 
     A way that solved the last steps after such failures goes first, see `Lessons`.
     `trying` is called with the name of each other way before it is tried. After a step
-    `used` is the name of the way that solved it, and `released` the energy that it has
-    set free in a snap, found by another way.
+    `used` is the name of the way that solved it, and `balance` the energies of one that
+    another way solved, where they are looked at.
     """
 
     def __init__(
@@ -61,7 +63,8 @@ class Strategies:
         self._asked_for = stabilization
         goes_ahead = extrapolates or (extrapolates is None and path.led is None)
         self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
-        self.used, self.released = FULL, 0.0
+        self.used = FULL
+        self.balance: Balance | None = None
         # Coefficients before each reduction that stays; the path's end restores the first
         self._given: list[list[Any]] = []
         # Takes a user's own state back to the last accepted step
@@ -70,6 +73,32 @@ class Strategies:
         self._lessons = Lessons(FULL)
         self._plain = PlainSolver(self.solver, automatic)
 
+    def remember(self) -> list[float]:
+        """Numbers from which `recall` goes on."""
+        viscous = self._asked_for or self.__dict__.get("_viscous")
+        return [
+            WAYS.index(self.used),
+            len(self._given),
+            *((viscous.has_caught, viscous.work) if viscous else (0, 0)),
+            *self._lessons.remember(WAYS),
+            *self._plain.remember(),
+            *(self._prediction.remember() if self._prediction else ()),
+        ]
+
+    def recall(self, numbers: Sequence[float], starts: Sequence[State]) -> None:
+        """Go on from numbers, and the starts of the last steps. Collective."""
+        used, tenths, has_caught, work, *numbers = numbers
+        self.used = WAYS[int(used)]
+        self._given = [lend_tenths(self.solver.problem) for _ in range(int(tenths))]
+        if has_caught or work:
+            viscous = self._asked_for or self._viscous
+            if viscous is not None:
+                viscous.has_caught, viscous.work = has_caught > 0.0, work
+        self._lessons.recall(numbers[:4], WAYS)
+        self._plain.recall(numbers[4:9])
+        if self._prediction:
+            self._prediction.recall(numbers[9:] or (0, 0), starts)
+
     def solve(self, now: State, last: State | None, ratio: float) -> int:
         """Solve from the present state; return the iterations. Collective.
 
@@ -77,7 +106,7 @@ class Strategies:
         `ratio` the size of this step over that of the step before. If no other way
         helps, the failure of the solver as it was given is raised.
         """
-        self.released = 0.0
+        self.balance = None
         self._plain.begin_step()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
@@ -205,7 +234,7 @@ class Strategies:
         def measured() -> int | None:
             iterations = solve()
             if iterations is not None:
-                self.released = self._released(name, now)
+                self.balance = self._balanced(name, now)
             return iterations
 
         iterations = None
@@ -218,21 +247,21 @@ class Strategies:
             self.used = name
         return iterations
 
-    def _released(self, name: str, now: State) -> float:
-        """Find the energy that a snap since a state has set free. Collective.
+    def _balanced(self, name: str, now: State) -> Balance | None:
+        """Balance the energies of the step from a state. Collective.
 
         A step that needs energy which nothing supplies is refused: another equilibrium
         was found, and no path of equilibria leads there.
         """
         if not self._may_be_viscous:
-            return 0.0
+            return None
         balance = balance_of_step(self.solver.problem, self._path, now)
         if balance.lacks_energy:
             raise ConvergenceError(
                 f"{name}: the step jumps, and needs an energy of {-balance.most:.3g} "
                 "that no load supplies"
             )
-        return balance.released
+        return balance
 
     def _is_curable(self, failure: Exception) -> bool:
         """Whether a solve cycled or diverged, or a line search found no descent, rather

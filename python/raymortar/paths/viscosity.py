@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from typing import Any
 
@@ -17,15 +18,15 @@ from ..compat import Array
 from ..diagnose.lost_contact import largest_motions, places, rigid_motions, rigid_part
 from ..discretization.checks import weight
 from ..problem import CoupledProblem
-from ..solvers.solver import temporarily
-from ..system.volume import Volume
+from ..system.volume import Forms
+from ..terms import Term
 
 # Cells that move alike are told apart by their place along a line that is askew to
 # most bodies, which counts as this share of their motion
 APART, ALONG = 1e-3, np.array((1.0, 0.618, 0.382))
 
 
-class Viscosity:
+class Viscosity(Term):
     """Forces s k (u - u_0) per volume, in which u - u_0 is the velocity. Collective.
 
     In each body k is the trace of the stiffness over that of the mass (for a density of
@@ -34,6 +35,8 @@ class Viscosity:
     that this cell goes.
     """
 
+    is_linear = False  # their scale changes
+
     def __init__(self, problem: CoupledProblem) -> None:
         self._problem, self._contact = problem, problem.contact
         self._part = part = problem.contact.unknowns.only
@@ -41,18 +44,19 @@ class Viscosity:
         self._start = fem.Function(V)
         self._scale = fem.Constant(V.mesh, PETSc.ScalarType(0.0))
         self._k = fem.Function(compat.space(V.mesh, "DG", 0, (dim, dim)))
-        F, J = problem.form_of_u
+        J = problem.form_of_u[1]
         v, du = (compat.part_of(one, part.component) for one in J.arguments())
         k = self._scale * self._k
         of_turn = weight(V.mesh) if problem.contact.axisymmetric else 1.0
         force = ufl.inner(k * (part.u - self._start), v) * of_turn * ufl.dx
-        tangent = J + ufl.inner(k * du, v) * of_turn * ufl.dx
+        tangent = ufl.inner(k * du, v) * of_turn * ufl.dx
         self._force = compat.form(force)
-        forms = compat.form(F + force), compat.form(tangent)
-        given = problem.volume
-        self._volume = Volume(
-            problem.contact, *given.with_form_of_u(*forms), updated=given.updated
-        )
+        tangent = compat.form(tangent)
+        count, at = len(problem.contact.unknowns.functions), part.at
+        forms = [None] * count
+        table = [[None] * count for _ in forms]
+        forms[at], table[at][at] = self._force, tangent
+        self._forms = Forms(problem.contact, forms, table)
         whole = problem.contact.unknowns.functions[part.at]
         self._r = compat.create_la_vector(*compat.unknowns_of(whole))
         ones = fem.Function(V)
@@ -114,7 +118,19 @@ class Viscosity:
         self._scale.value = scale
         k = self._holding if holds else self._fading
         self._k.x.array.reshape(-1, *k.shape[1:])[self._cells] = k
-        return temporarily(self._problem, volume=self._volume)
+        return self._problem.extended_by(self)
+
+    def residual(self, bcs: Sequence[Any], lacking: Any) -> Array:
+        """Forces at the owned unknowns of the forms, (n,)."""
+        return self._forms.residual(bcs, lacking.increment)
+
+    def forces(self, bcs: Sequence[Any]) -> Array:
+        """Forces after a solve, (n,)."""
+        return self._forms.residual()
+
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """Add their derivative."""
+        self._forms.add_tangent(A, bcs)
 
     def change(self) -> Array:
         """Return u - u_0 at the owned dofs of the displacement. Length."""

@@ -76,7 +76,8 @@ class Statistics:
         Pairs of facets that overlap, and the segments that they are cut into.
     points, hits, active_points, slip_points
         Integration points; those whose ray meets a master within the search distances
-        (with none, the bodies are out of reach of each other); those in contact; those
+        (with none, bodies are too far apart, or do not face each other); those in
+        contact; those
         that needed their slip.
     degenerate
         Slave facets without a usable normal.
@@ -138,11 +139,12 @@ class Statistics:
     communication: Communication = field(default_factory=Communication)
 
     def __str__(self) -> str:
-        gap = f"gap {self.min_gap:.3e} to {self.max_gap:.3e}"
+        if not self.hits:
+            return f"none of {self.points} slave points meets a master within reach"
         return (
             f"{self.pairs} pairs, {self.segments} segments, {self.hits} of "
-            f"{self.points} points hit, {self.active_points} active, "
-            + (gap if self.hits else "bodies out of reach of each other")
+            f"{self.points} points hit, {self.active_points} active, gap "
+            f"{self.min_gap:.3e} to {self.max_gap:.3e}"
         )
 
 

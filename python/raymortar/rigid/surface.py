@@ -215,16 +215,22 @@ def _joined(points: Array, facets: Any) -> tuple[Array, Any]:
 def _with_area(points: Array, facets: Indices, shape: str) -> Indices:
     """Facets without those of no area, which STL files may have."""
     x = points[facets[:, : _CORNERS[shape]]]
+    longest = np.linalg.norm(np.ptp(x, axis=1), axis=1)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if shape == "interval":
-        return facets[np.linalg.norm(x[:, 1] - x[:, 0], axis=1) > _SAME * size]
-    across = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
-    if shape == "quadrilateral":
-        across = across + np.cross(x[:, 3] - x[:, 2], x[:, 1] - x[:, 2])
-    longest = np.linalg.norm(np.ptp(x, axis=1), axis=1)
-    kept = facets[np.linalg.norm(across, axis=1) > _SAME * size * longest]
+        measure, least, lacking = longest, _SAME * size, "length"
+    else:
+        across = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
+        if shape == "quadrilateral":
+            across = across + np.cross(x[:, 3] - x[:, 2], x[:, 1] - x[:, 2])
+        measure, least = np.linalg.norm(across, axis=1), _SAME * size * longest
+        lacking = "area"
+    kept = facets[measure > least]
     if not len(kept):
-        raise ContactError("facets have no area")
+        raise ContactError(
+            f"no facet has any {lacking}: the first of {len(facets)}, facet 0, is at "
+            f"{format_point(x[0].mean(axis=0), points)}"
+        )
     return kept
 
 

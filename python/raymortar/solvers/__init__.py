@@ -2,7 +2,8 @@
 
 - solver: linear systems, checks and failures of both Newton solvers
 - newton: `NewtonSolver`, `SNESSolver`
-- automatic: PETSc options of linear solvers, and the default
+- linear: PETSc options of the linear solver of a problem
+- automatic: the solver that suits the size, and iterative ones
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagged_factors: the factors of an earlier tangent as preconditioner
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
@@ -20,9 +21,7 @@ from .automatic import (
     MOST_DIRECT,
     MULTIGRIDS,
     SolverWithFallback,
-    direct,
     iterative,
-    linear_options,
     with_fallback,
 )
 from .condensed import CondensedPreconditioner
@@ -34,6 +33,7 @@ from .elimination import (
 )
 from .kept_factors import KeptFactorsSolver, kept_factors
 from .lagged_factors import LaggedFactorsSolver, lagged_factors
+from .linear import direct, linear_options
 from .levels import near_nullspace, rigid_motions
 from .petsc_objects import attach
 

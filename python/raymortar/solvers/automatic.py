@@ -1,9 +1,7 @@
-"""PETSc options of linear solvers, and the choice where the user makes none."""
+"""The linear solver that suits the size of a problem, and iterative ones."""
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Mapping
 from typing import Any
 
 from petsc4py import PETSc
@@ -16,9 +14,8 @@ from ..problem import CoupledProblem
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
-from .petsc_objects import DIRECT, InnerSolvers, attach, nested
-
-log = logging.getLogger("raymortar")
+from .linear import direct, inexact
+from .petsc_objects import DIRECT, InnerSolvers, attach, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -37,14 +34,8 @@ LAGGED = {2: (1_500, 5_000), 3: (2_000, float("inf"))}
 # A Krylov solver that does well needs less than a third of this
 MOST_ITERATIONS = 100
 
-# Tolerance of SNES's first linear system (docs/measured/linear_solvers.md)
-INEXACT = 1e-4
-
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
-
-# Prefixes of options with which the user chooses the linear solver
-_ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 
 _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
 
@@ -77,11 +68,6 @@ MULTIGRIDS = ("bodies",)
 # Names that mean "bodies" until the next release: it takes at most half of the time that
 # these took (docs/measured/linear_solvers.md)
 _REPLACED = ("gamg", "gamg-bounded", "hypre")
-
-
-def direct() -> dict[str, Any]:
-    """PETSc options of the direct solver, MUMPS, for problems of any size."""
-    return dict(DIRECT)
 
 
 def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
@@ -117,21 +103,6 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
     return {**_KRYLOV, **outer, **_BODIES, **options}
 
 
-def inexact(first: float = INEXACT) -> dict[str, Any]:
-    """PETSc options of SNES, which solves systems as exactly as Newton's method needs.
-
-    Parameters
-    ----------
-    first
-        Tolerance of the first system, and the largest one. Those that follow are
-        Eisenstat's and Walker's. 0: all systems are solved to ``ksp_rtol``.
-    """
-    if not first > 0.0:
-        return {"snes_ksp_ew": False}
-    ends = {f"snes_ksp_ew_{name}": first for name in ("rtol0", "rtolmax")}
-    return {"snes_ksp_ew": True, **ends}
-
-
 def with_fallback(**options: Any) -> dict[str, Any]:
     """PETSc options of an iterative solver that falls back to the direct one.
 
@@ -145,44 +116,11 @@ def with_fallback(**options: Any) -> dict[str, Any]:
     return inner | {"ksp_rtol": first["ksp_rtol"]}
 
 
-def linear_options(
-    problem: CoupledProblem,
-    given: Mapping[str, Any] | None,
-    prefix: str,
-    snes: bool = False,
-) -> dict[str, Any]:
-    """PETSc options of the linear solver that a problem gets. Collective.
-
-    Parameters
-    ----------
-    problem
-        Problem.
-    given
-        Options that the user has given, without prefix.
-    prefix
-        Prefix of the options: those in PETSc's table count too.
-    snes
-        Whether the options are for SNES, which may solve its first systems less
-        exactly.
-
-    Returns
-    -------
-    If the user gives any option of the linear solver, the options of the direct solver
-    and those of the user (options of MUMPS only if factors are made). Otherwise options
-    of the solver that suits the size.
-    """
-    table = PETSc.Options(prefix)
-    given_by_options = any(name.startswith(_ITS_OPTIONS) for name in given or ())
-    given_by_options = given_by_options or any(
-        table.hasName(name) for name in ("ksp_type", "pc_type")
-    )
+def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any], str]:
+    """Choose the linear solver of a problem by its size: PETSc options, and a name.
+    Collective."""
     contact = problem.contact
     comm, unknowns = contact.layout.comm, contact.layout.size_global
-    if comm.allreduce(int(given_by_options)):
-        kind = (given or {}).get("pc_type", table.getString("pc_type", "lu"))
-        # MUMPS makes no factors of other kinds, such as ILU
-        named = DIRECT if kind in ("lu", "cholesky") else ("ksp_type", "pc_type")
-        return {name: DIRECT[name] for name in named}
     V = contact.u.function_space
     dim: int = V.mesh.topology.dim
     least, most = LAGGED[dim]
@@ -197,7 +135,7 @@ def linear_options(
         comm.size == 1
         and V.mesh.geometry.dim == 3
         and unknowns >= LEAST_KEPT
-        and problem.volume.is_linear
+        and problem.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif least <= unknowns <= most:
@@ -206,9 +144,7 @@ def linear_options(
         alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
         options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
         name = "GMRES with lagged factors"
-    if comm.rank == 0:
-        log.info("linear solver of %d unknowns: %s", unknowns, name)
-    return options
+    return options, name
 
 
 class SolverWithFallback(InnerSolvers):
@@ -227,12 +163,13 @@ class SolverWithFallback(InnerSolvers):
         super().__init__()
         self.stalls = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         if self.stalls < MOST_STALLS:
             if self.krylov is None:
                 self.krylov = self._made(ksp, "iterative_")
-                attach(self.krylov, self.problem, self.row_scale)
+                attach(self.krylov, self.problem, self.row_scale, self.raised)
             if self._solve_by(self.krylov, ksp, b, x):
                 return
             self.stalls += 1

@@ -18,7 +18,7 @@ from ..errors import ContactError
 from ..interface.stiffness import owned_nodes_on
 from ..system.entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
-from .petsc_objects import KnowsProblem, finished, inner_solver
+from .petsc_objects import KnowsProblem, finished, inner_solver, kept_inside
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
 # SPARE more: the bodies have changed then
@@ -68,15 +68,21 @@ class BodiesPreconditioner(KnowsProblem):
         # Cycles since the last set-up, and those after the levels were made
         self._cycles = self._first = 0
 
-    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
+    def know(
+        self,
+        problem: Any,
+        row_scale: PETSc.Vec | None,
+        raised: list[Exception] | None = None,
+    ) -> None:
         """Take what `attach` gives, before the first use."""
         if not problem.contact.unknowns.is_plain:
             raise ContactError(
                 "the iterative solver is for a displacement alone: with further "
                 "unknowns leave the direct one, which is the default"
             )
-        super().know(problem, row_scale)
+        super().know(problem, row_scale, raised)
 
+    @kept_inside
     def setUp(self, pc: PETSc.PC) -> None:
         """Take the blocks of the tangent anew. Collective."""
         A, _ = pc.getOperators()
@@ -174,6 +180,7 @@ class BodiesPreconditioner(KnowsProblem):
         D.destroy()
         return inverse
 
+    @kept_inside
     def apply(self, pc: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
         """Solve near contact first, then everywhere. Collective."""
         A, _ = pc.getOperators()

@@ -13,7 +13,7 @@ from ..discretization.joined import unrolled
 from ..discretization.ranks import destroy
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .levels import sides
-from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, nested
+from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, kept_inside, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and the largest number of solves, each for the residual left
@@ -42,7 +42,7 @@ def kept_factors(most: float | None = None) -> dict[str, Any]:
     """PETSc options of a direct solver that keeps the factors of linear bodies.
 
     It solves what it can solve on one rank where the volume's tangent is kept
-    (``problem.volume.is_linear``). MUMPS solves the other systems.
+    (``problem.is_linear``). MUMPS solves the other systems.
 
     Parameters
     ----------
@@ -92,6 +92,7 @@ class KeptFactorsSolver(InnerSolvers):
         # Systems of this stiffness, those before it is factorised, those not solved
         self._revision = self._age = self._patience = self._inexact = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         A, _ = ksp.getOperators()
@@ -122,10 +123,9 @@ class KeptFactorsSolver(InnerSolvers):
 
     def _may_keep(self, ksp: PETSc.KSP) -> bool:
         """Whether there is a stiffness that is kept and lasts."""
-        volume = self.problem.volume
-        if not volume.is_linear or ksp.comm.size > 1:
+        if not self.problem.is_linear or ksp.comm.size > 1:
             return False
-        kept = volume.kept
+        kept = self.problem.kept
         if kept is not self._volume or kept.revision != self._revision:
             lasted = self._volume is None or self._age >= LASTING
             self._patience = 0 if lasted else LASTING
@@ -183,7 +183,7 @@ class KeptFactorsSolver(InnerSolvers):
     @property
     def _tangent(self) -> PETSc.Mat:
         """The tangent of the bodies without contact."""
-        return self.problem.volume.kept.tangent
+        return self.problem.kept.tangent
 
     def _near_part(self, A: PETSc.Mat) -> Any:
         """Take the entries of a matrix that the tangent may add to, as a SciPy matrix."""

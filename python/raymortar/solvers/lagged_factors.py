@@ -16,6 +16,7 @@ from .petsc_objects import (
     InnerSolvers,
     inner_solver,
     is_symmetric,
+    kept_inside,
     nested,
 )
 
@@ -103,6 +104,7 @@ class LaggedFactorsSolver(InnerSolvers):
         # in a row
         self._wait = self._failures = 0
 
+    @kept_inside
     def solve(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
         """Solve A x = b. Collective."""
         if self.direct is None:

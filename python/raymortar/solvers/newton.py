@@ -12,13 +12,12 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import compat
-from ..diagnose.failure import NOT_A_NUMBER, reason_in_words
 from ..discretization.ranks import agreed_name, put_aside
 from ..errors import ContactError
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from .automatic import inexact, linear_options
-from .petsc_objects import new_prefix, take_tangent
+from .linear import inexact, linear_options
+from .petsc_objects import NOT_A_NUMBER, new_prefix, reason_in_words, take_tangent
 from .solver import MAX_IT, CoupledSolver, forwarded
 
 
@@ -96,7 +95,13 @@ class NewtonSolver(CoupledSolver):
 
         self.newton.setF(residual, self.b)
         self.newton.setJ(tangent, self.A)
-        self.newton.set_form(problem.form)
+
+        def form(x: PETSc.Vec) -> None:
+            if this()._raised:  # x is no number
+                raise _Ended(False)
+            problem.form(x)
+
+        self.newton.set_form(form)
         self.rtol, self.atol = 1e-10, self._floor
         self.max_it = MAX_IT
         self.report = self.error_on_nonconvergence = False
@@ -133,16 +138,18 @@ class NewtonSolver(CoupledSolver):
         newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
         if self.convergence_criterion == "residual":
             newton.rtol = newton.atol = 0.0
-        try:
-            iterations, converged = newton.solve(x)
-            return iterations, None if converged else ""
-        except ContactError as error:
-            # An iterate is not finite. A start that is not finite is the user's fault
-            if not history:
-                raise
-            return len(history), f" ({error})"
-        except _Ended as end:
-            return len(history) - 1, None if end.args[0] else ", and was stopped"
+        with self._raising():
+            try:
+                iterations, converged = newton.solve(x)
+                return iterations, None if converged else ""
+            except ContactError as error:
+                # An iterate is not finite. A start that is not finite is the user's fault
+                if not history:
+                    raise
+                return len(history), f" ({error})"
+            except _Ended as end:
+                return len(history) - 1, None if end.args[0] else ", and was stopped"
+        raise AssertionError("an error is raised at the end of the block")
 
     def _judge(self) -> None:
         """End the solve if the last residual is small enough, or if it is stuck.
@@ -272,8 +279,6 @@ class SNESSolver(CoupledSolver):
         self._scale.set(1.0)
         self.snes = PETSc.SNES().create(problem.comm)
         self.krylov_solver = self.snes.ksp
-        # Errors of callbacks
-        self._raised: list[Exception] = []
         self._set_callbacks()
         prefix = new_prefix("snes") if prefix is None else prefix
         by_user = set(options or ()) - {INEXACT_OPTION}
@@ -355,11 +360,9 @@ class SNESSolver(CoupledSolver):
     def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
         snes = self.snes
         x.copy(self.x)
-        self._raised.clear()
         self._weigh_rows()
-        snes.solve(None, self.x)
-        if self._raised:
-            raise self._raised.pop(0)
+        with self._raising():
+            snes.solve(None, self.x)
         # The last residual may be of a rejected trial step
         self.problem.form(self.x)
         reason = snes.getConvergedReason()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import re
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
 from typing import Any
 
 from mpi4py import MPI
@@ -112,6 +113,30 @@ class PetscOptions:
             raise ContactError(message) from None
 
 
+def kept_inside(method: Callable[..., None]) -> Callable[..., None]:
+    """Let no error of a method that PETSc calls leave through PETSc where a solver raises
+    it afterwards: that would keep vectors locked, and petsc4py and DOLFINx put errors of
+    their own in its place. A solve ends with values that are no numbers instead."""
+
+    @wraps(method)
+    def inside(self: Any, thing: Any, *vectors: PETSc.Vec) -> None:
+        if self.raised is None:
+            method(self, thing, *vectors)
+            return
+        try:
+            if not self.raised:
+                method(self, thing, *vectors)
+        except Exception as error:
+            self.raised.append(error)
+        if self.raised:
+            for x in vectors[1:]:
+                x.set(np.nan)
+            if isinstance(thing, PETSc.KSP):
+                thing.setConvergedReason(PETSc.KSP.ConvergedReason.DIVERGED_NANORINF)
+
+    return inside
+
+
 class KnowsProblem:
     """A Python context of PETSc's that `attach` gives the problem.
 
@@ -119,10 +144,13 @@ class KnowsProblem:
     ----------
     contact, row_scale
         The problem's contact, and the factors of the rows of its matrices.
+    raised
+        Errors that the solver raises after a solve, see `kept_inside`; None: nobody does.
     """
 
     def __init__(self) -> None:
         self.contact: Any = None
+        self.raised: list[Exception] | None = None
         self.row_scale: PETSc.Vec | None = None
         # Weak: C would keep the problem alive in a cycle
         self._problem: Any = None
@@ -132,10 +160,15 @@ class KnowsProblem:
         """The problem that is solved."""
         return self._problem()
 
-    def know(self, problem: Any, row_scale: PETSc.Vec | None) -> None:
-        """Take the problem and the factors of its rows."""
+    def know(
+        self,
+        problem: Any,
+        row_scale: PETSc.Vec | None,
+        raised: list[Exception] | None = None,
+    ) -> None:
+        """Take the problem, the factors of its rows, and the list of errors."""
         self._problem, self.contact = weakref.ref(problem), problem.contact
-        self.row_scale = row_scale
+        self.row_scale, self.raised = row_scale, raised
 
     def _destroy(self, *names: str) -> None:
         """Free and forget PETSc objects, those that have been made."""
@@ -144,9 +177,14 @@ class KnowsProblem:
             setattr(self, name, None)
 
 
-def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> None:
-    """Give the problem, and the factors of its rows, to a solver whose options have
-    been read.
+def attach(
+    ksp: PETSc.KSP,
+    problem: Any,
+    row_scale: PETSc.Vec | None = None,
+    raised: list[Exception] | None = None,
+) -> None:
+    """Give the problem, the factors of its rows, and a list of errors to raise after a
+    solve, to a solver whose options have been read.
 
     Raises
     ------
@@ -158,7 +196,7 @@ def attach(ksp: PETSc.KSP, problem: Any, row_scale: PETSc.Vec | None = None) -> 
         if thing.getType() == "python":
             context = thing.getPythonContext()
             if isinstance(context, KnowsProblem):
-                context.know(problem, row_scale)
+                context.know(problem, row_scale, raised)
 
 
 def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
@@ -280,3 +318,27 @@ def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> No
     if ksp.getAttr(ROOM) != room:
         renew(ksp, A)
         ksp.setAttr(ROOM, room)
+
+
+# Its name in petsc4py has changed
+NOT_A_NUMBER = -4
+_REASONS = {
+    "FUNCTION_DOMAIN": "the residual has no value there",
+    "FUNCTION_COUNT": "too many residuals were asked for",
+    "LINEAR_SOLVE": "the linear solver failed",
+    "MAX_IT": "the largest number of iterations was reached",
+    "LINE_SEARCH": "the line search found no smaller residual",
+    "INNER": "an inner solve failed",
+    "LOCAL_MIN": "the same residuals come again and again",
+    "DTOL": "the residual grew beyond the divergence tolerance",
+    "JACOBIAN_DOMAIN": "the tangent has no value there",
+    "TR_DELTA": "the trust region became too small",
+}
+
+
+def reason_in_words(reason: int) -> str:
+    """Put PETSc's reason for the end of a nonlinear solve in words."""
+    reasons = PETSc.SNES.ConvergedReason
+    known = {getattr(reasons, f"DIVERGED_{k}", None): v for k, v in _REASONS.items()}
+    known[NOT_A_NUMBER] = "the residual is no number"
+    return f"SNES reason {reason}" + (f": {known[reason]}" if reason in known else "")

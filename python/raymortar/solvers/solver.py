@@ -18,9 +18,9 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .. import compat
-from ..diagnose.outcome import require_convergence
 from ..discretization.ranks import destroy
 from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
+from ..hooks import hooks
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
 from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
@@ -69,6 +69,8 @@ class CoupledSolver(ABC):
         self.A = problem.create_matrix() if matrix is None else matrix
         self.b = problem.create_vector()
         self._floor = problem.residual_floor()
+        # Errors of what PETSc calls
+        self._raised: list[Exception] = []
 
     def __setattr__(self, name: str, value: Any) -> None:
         known = _settings(type(self))
@@ -90,7 +92,7 @@ class CoupledSolver(ABC):
         some. Collective."""
         self.options = PetscOptions(prefix, options, by_user)
         self.options.configure(thing)
-        attach(self.krylov_solver, self.problem, self._scale)
+        attach(self.krylov_solver, self.problem, self._scale, self._raised)
 
     def __del__(self) -> None:
         if sys.is_finalizing():
@@ -187,7 +189,7 @@ class CoupledSolver(ABC):
         if iterations > 0:
             self.options.tell_unread(4)
         end = f"after {iterations} iterations{reason}"
-        require_convergence(problem, reason is None, end)
+        hooks.judge(problem, reason is None, end)
         return iterations
 
     def _weigh_rows(self) -> None:
@@ -216,9 +218,23 @@ class CoupledSolver(ABC):
             right.pointwiseMult(b, self._scale)
         before = ksp.getTolerances()[0]
         ksp.setTolerances(rtol=min(before, CLOSE))
-        ksp.solve(right, dx)
+        with self._raising():
+            ksp.solve(right, dx)
         ksp.setTolerances(rtol=before)
         right.destroy()
+
+    @contextmanager
+    def _raising(self) -> Iterator[None]:
+        """Raise at the end of the block what code that PETSc calls raised in it, in place
+        of what PETSc and DOLFINx make of that."""
+        self._raised.clear()
+        try:
+            yield
+        except Exception:
+            if not self._raised:
+                raise
+        if self._raised:
+            raise self._raised.pop(0)
 
 
 @functools.cache

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from dolfinx.fem import Function
@@ -49,6 +49,9 @@ DOUBTFUL = 1e-5, 1e3
 MOST_KNOWN = 2
 
 
+Coefficient: TypeAlias = float | Function | PairCoefficients
+
+
 @dataclass
 class Prescribed:
     """Displacements of a contact that Dirichlet conditions prescribe.
@@ -86,6 +89,8 @@ class ContactAssembly:
         Numbers of all contacts of its problem, its own included.
     gamma
         Coefficient in use, see `Contact`.
+    own_gamma
+        The contact's own coefficient, where another is in use for some steps.
     automatic_gamma, soft_gamma
         The coefficient that was taken where none was given, None if one was, and the one
         of (5.16) that `paths.SoftStart` has put in its place, None before.
@@ -108,7 +113,8 @@ class ContactAssembly:
         self.unknowns = surfaces.unknowns
         self.number = next(_numbers)
         self.partners: tuple[int, ...] = (self.number,)
-        self.gamma: float | Function | PairCoefficients | None = None
+        self.gamma: Coefficient | None = None
+        self.own_gamma: Coefficient | None = None
         self.automatic_gamma: float | PairCoefficients | None = None
         self.soft_gamma: float | PairCoefficients | None = None
         self.gamma_scale = 1.0
@@ -120,13 +126,14 @@ class ContactAssembly:
         self._known: list[Prescribed] = []
         self._crosses = False  # whether nodes are damped that are not held
 
-    def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
-        """Set the coefficient; see `Contact.set_gamma`. Collective."""
+    def set_gamma(self, gamma: Coefficient, own: Coefficient | None = None) -> None:
+        """Set the coefficient; see `Contact.set_gamma`. Given its own, it is lent to the
+        contact, which keeps that. Collective."""
         mesh = self.surfaces.slave_u.function_space.mesh
         found, self.gamma_scale = spread(gamma, self.surfaces.interfaces, mesh)
         for zone, (values, factors) in zip(self.zones, found):
             zone.cpp.set_gamma(values, self.gamma_scale, factors)
-        self.gamma = gamma
+        self.gamma, self.own_gamma = gamma, gamma if own is None else own
         self._forget_prescribed()  # the modulus may be that of gamma
         self.present.note_change()
 

@@ -180,7 +180,7 @@ class CoupledSystem(CoupledIterates):
             self._volume.columns,
             [zone.cpp for zone in self.zones],
             [zone.pattern for zone in self.zones],
-            [] if self._volume.fluxes is None else self._volume.fluxes.rows(),
+            [rows for term in self._volume.terms for rows in term.rows()],
         )
         A.setAttr(ROOM, self._room)
 

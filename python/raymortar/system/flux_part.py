@@ -21,7 +21,7 @@ from ..errors import SetUpError, raise_everywhere, together, warn
 from ..interface.flux_sides import FieldOnZone, TiedField
 from ..interface.friction_at_points import along_facets, further
 from ..interface.zone_data import ZoneData
-from ..options.user_laws import FluxLaw
+from ..flux_law import FluxLaw
 from .assembly import ContactAssembly
 from .entries import joined
 from .tool_part import ToolPart

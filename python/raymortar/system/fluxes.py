@@ -22,6 +22,7 @@ from ..discretization.unknowns import Lacking, Unknowns
 from ..errors import SetUpError, raise_everywhere, together
 from ..interface.flux_sides import TiedField
 from ..interface.probing import product
+from ..terms import Addition, Term
 from .entries import Entries, add_entries, assembled, joined, values_at
 from .flux_part import FluxPart
 from .tool_part import ToolPart
@@ -218,17 +219,40 @@ Global = npt.NDArray[np.int64]
 Part = FluxPart | TiePart | ToolPart
 
 
-class FluxTerms:
-    """Fluxes through the contacts of one problem, and ties of its fields. Collective."""
+class FluxTerms(Term):
+    """Fluxes through the contacts of one problem, and ties of its fields. Collective.
 
-    def __init__(self, system: Any, parts: Sequence[Part], moves: bool = True) -> None:
-        self._system, self._parts = system, list(parts)
+    Parameters
+    ----------
+    additions
+        Fluxes and ties of fields.
+    moves
+        Whether bodies move: else pairs and points stay.
+    """
+
+    is_of_contact = True
+    # More than the facets' displacements changes from tangent to tangent
+    is_linear = False
+
+    def __init__(self, additions: Sequence[Addition], moves: bool = True) -> None:
+        of_terms = [one.part for one in additions]
+        # Several fluxes may share the field of a tool
+        tools = [one.tool for one in of_terms if getattr(one, "tool", None) is not None]
+        self._parts: list[Part] = [*of_terms, *dict.fromkeys(tools)]
+        found = {id(f): f for part in self._parts for f in part.functions}
+        self.functions = list(found.values())
+        self._moves = moves
+        self._groups: Groups | None = None
+
+    def start(self, system: Any) -> None:
+        """Take the system, whose unknowns include those that the parts bring."""
+        self._system = system
         self._layout: CoupledRows = system.layout
         self._sum: PETSc.Vec = self._layout.create_vector()
         # Terms of the owned rows of the forms, and their rounding errors
         self._sizes = np.zeros((2, self._layout.n))
         for part in self._parts:
-            part.solve_for(system.unknowns, self._layout, moves)
+            part.solve_for(system.unknowns, self._layout, self._moves)
         # Owned unknowns on both sides of each tie
         self._tied = [
             self._added_up(part.field_rows, np.ones(len(part.field_rows))) > 0.0
@@ -243,7 +267,21 @@ class FluxTerms:
         for part in self._parts:
             part.choose_scale(lambda rows: self._at(sums, rows))
 
-    def own_couplings(self, couplings: Array) -> None:
+    def couple(self, pattern: Any) -> None:
+        """Take scales and couplings from the volume, and make room in its pattern."""
+        self.choose_scales(self._system.own_couplings)
+        self._own_couplings(pattern.couplings)
+        for part in self._parts:
+            room = part.pattern()
+            if room is not None:
+                pattern.include(room)
+                room.destroy()
+
+    def set_groups(self, groups: Groups) -> None:
+        """Take the groups of rows, and the largest position among the bodies."""
+        self._groups = groups
+
+    def _own_couplings(self, couplings: Array) -> None:
         """Set how rows of unknowns that the parts bring depend on them, (fields, rows),
         for line searches and rounding errors."""
         stiffness = {id(f): one.stiffness for one in self._parts for f in one.functions}
@@ -254,11 +292,6 @@ class FluxTerms:
             for field, row in zip(unknowns.fields(), couplings):
                 own = field.rows[(field.rows >= begin) & (field.rows < end)]
                 row[own] += value
-
-    def patterns(self) -> list[PETSc.Mat]:
-        """Matrices that the tangent needs room for, beside `rows`. Collective."""
-        found = [part.pattern() for part in self._parts]
-        return [one for one in found if one is not None]
 
     def rows(self) -> list[_cpp.FieldRows]:
         """Rows of the fields on the zones' facets, for the room of a matrix."""
@@ -278,7 +311,7 @@ class FluxTerms:
             if tied is not None:
                 marks[tied] = 1.0
 
-    def residual(self, lacking: Lacking) -> Array:
+    def residual(self, bcs: Sequence[Any], lacking: Lacking) -> Array:
         """Residual of the owned unknowns of the forms, with the effect of prescribed
         increments. Collective."""
         self._prepare(lacking.fixed)
@@ -299,17 +332,18 @@ class FluxTerms:
         b.assemble()
         return b.getArray(readonly=True)[: self._layout.n].copy()
 
-    def sizes(self, groups: Groups) -> tuple[Array, Array]:
+    def sizes(self) -> tuple[Array, Array]:
         """Add up by group what terms of the fields' rows had at the last tangent, and
         their rounding errors [theory (5.13)]. Collective."""
-        rows = np.zeros((2, len(groups.of_row)))
+        assert self._groups is not None
+        rows = np.zeros((2, len(self._groups.of_row)))
         rows[:, : self._layout.n] = self._sizes
-        terms, errors = np.sqrt(groups.sum(*rows**2))
+        terms, errors = np.sqrt(self._groups.sum(*rows**2))
         return terms, errors
 
-    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], largest: float) -> None:
-        """Add the tangent, without constrained rows and columns. Positions are as large
-        as `largest`. Collective."""
+    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
+        """Add the tangent, without constrained rows and columns. Collective."""
+        largest = 0.0 if self._groups is None else self._groups.largest
         fixed = self._system.unknowns.owned_prescribed(bcs).astype(np.float64)
         self._prepare(fixed)
         entries, sizes = zip(*(part.tangent(largest) for part in self._parts))
@@ -331,18 +365,3 @@ class FluxTerms:
         found = values_at(source, rows).ravel()
         source.destroy()
         return found
-
-
-def own_functions(parts: Sequence[Part]) -> list[Any]:
-    """Unknowns that the parts bring, each once."""
-    found = {id(f): f for part in parts for f in part.functions}
-    return list(found.values())
-
-
-def extended(F: Any, J: Any, count: int) -> tuple[Any, Any]:
-    """Forms and their derivatives as lists, with none for further unknowns."""
-    forms = list(F) if isinstance(F, (list, tuple)) else [F]
-    table = [list(row) for row in J] if isinstance(F, (list, tuple)) else [[J]]
-    none = [None] * count
-    rows = [row + none for row in table]
-    return forms + none, rows + [[None] * (len(forms) + count) for _ in none]

@@ -231,3 +231,10 @@ class Kept:
     def add_tangent(self, A: PETSc.Mat) -> None:
         """Add K between free unknowns, and ones for the others."""
         A.axpy(1.0, self.tangent, _PART)
+
+
+def keeper(contact: Any, assembled: Any, pattern: Any, forms: Any) -> Kept | None:
+    """Make what keeps the tangent of forms that are linear, from their assembler and the
+    pattern of the tangent; None where they are not."""
+    inputs = inputs_if_linear(forms, contact.unknowns.functions)
+    return None if inputs is None else Kept(contact, assembled, pattern, *inputs)

@@ -14,7 +14,7 @@ from .. import compat
 from ..compat import Array, Mask
 from ..discretization.unknowns import Unknowns
 from ..errors import together
-from .kept_forms import Kept, inputs_if_linear
+from ..hooks import hooks
 
 
 class Forms:
@@ -69,10 +69,16 @@ class Forms:
             if block is not None and part.any():
                 compat.apply_lifting(r, block, of_f, f.x.array, -1.0)
 
-    def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any], fixed: Mask) -> None:
-        """Add the tangent, and set the diagonal of constrained unknowns to one."""
-        if self.has_several:
-            rows = self._contact.layout.begin + np.flatnonzero(fixed)
+    def add_tangent(
+        self, A: PETSc.Mat, bcs: Sequence[Any], fixed: Mask | None = None
+    ) -> None:
+        """Add the tangent, and set the diagonal of `fixed` owned unknowns, those that the
+        conditions prescribe, to one."""
+        if self.has_several or fixed is None:
+            none = np.zeros(0, dtype=bool)
+            rows = self._contact.layout.begin + np.flatnonzero(
+                none if fixed is None else fixed
+            )
             starts = self._unknowns.starts
             compat.assemble_blocks(A, self._a, bcs, starts, rows.astype(np.int32))
         elif self._a is not None:
@@ -135,11 +141,7 @@ class Volume:
     ----------
     kept
         What is kept of linear forms, as of the last residual or tangent. None: nothing.
-    inertia_terms
-        None: forms alone have no inertia, see `dynamics.MovingVolume`.
     """
-
-    inertia_terms: Array | None = None
 
     def __init__(
         self,
@@ -153,27 +155,16 @@ class Volume:
         self.contact, self.L, self.a = contact, L, a
         self.updated = updated
         self.has_several = isinstance(L, list)
-        self.kept: Kept | None = None
+        self.kept: Any = None
         self._forms = Forms(contact, L, a)
-        if forms is not None and updated is None:
+        if forms is not None and updated is None and hooks.keeper is not None:
             forms = forms if self.has_several else [forms]
-            inputs = inputs_if_linear(forms, contact.unknowns.functions)
-            if inputs is not None:
-                self.kept = Kept(contact, self._forms, pattern, *inputs)
+            self.kept = hooks.keeper(contact, self._forms, pattern, forms)
 
     @property
     def is_linear(self) -> bool:
         """Whether the tangent is kept."""
         return self.kept is not None
-
-    def with_form_of_u(self, L: Any, a: Any) -> tuple[Any, Any]:
-        """Replace the forms in the displacement's test function by L and a."""
-        if not self.has_several:
-            return L, a
-        at = self.contact.unknowns.only.at
-        forms, table = list(self.L), list(map(list, self.a))
-        forms[at], table[at][at] = L, a
-        return forms, table
 
     def forces(self, bcs: Sequence[Any]) -> Array:
         """Residual at the present state, of the owned unknowns. Collective."""

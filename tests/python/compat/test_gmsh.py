@@ -52,6 +52,58 @@ def test_read_gmsh(from_file, tmp_path):
     assert set(exterior) <= set(read.facet_tags.indices[read.facet_tags.values == 8])
 
 
+def gmsh_crack(gmsh):
+    """Square with a cut in the middle, whose two faces Gmsh's plugin makes: it numbers
+    the nodes with a hole."""
+    gmsh.model.add("crack")
+    occ = gmsh.model.occ
+    square = occ.addRectangle(-1, -1, 0, 2, 2)
+    cut = occ.addLine(*(occ.addPoint(x, 0, 0) for x in (-0.5, 0.5)))
+    occ.fragment([(2, square)], [(1, cut)])
+    occ.synchronize()
+    lines = [line for line in gmsh.model.getEntities(1) if is_inside(gmsh, line)]
+    gmsh.model.addPhysicalGroup(2, [square], 5)
+    gmsh.model.addPhysicalGroup(1, [tag for _, tag in lines], 8)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", 0.25)
+    gmsh.model.mesh.generate(2)
+    for name, value in (("Dimension", 1), ("PhysicalGroup", 8)):
+        gmsh.plugin.setNumber("Crack", name, value)
+    gmsh.plugin.run("Crack")
+
+
+def is_inside(gmsh, line):
+    """Whether a line of the square is no side of it."""
+    return np.abs(gmsh.model.getBoundingBox(*line)).max() < 0.6
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("from_file", [False, True])
+@pytest.mark.parametrize("partition", [None, columns((0.0, 1.0))])
+def test_nodes_may_be_numbered_with_holes(partition, from_file, tmp_path):
+    gmsh = pytest.importorskip("gmsh")
+    source, before = None, []
+    if COMM.rank == 0:
+        gmsh.initialize(["", "-v", "1"])
+        gmsh_crack(gmsh)
+        before = gmsh.model.mesh.getNodes()[0]
+        assert max(before) > len(before)
+        source = gmsh.model
+        if from_file:
+            source = tmp_path / "crack.msh"
+            gmsh.write(str(source))
+            gmsh.finalize()
+    read = compat.read_gmsh(source, COMM, gdim=2, partition=partition)
+    if COMM.rank == 0 and not from_file:
+        # The caller knows nodes by these numbers
+        assert np.array_equal(np.sort(gmsh.model.mesh.getNodes()[0]), np.sort(before))
+        gmsh.finalize()
+    nodes = read.mesh.geometry.index_map()
+    assert nodes.size_global == COMM.bcast(len(before), root=0)
+    assert measure.volume(read.mesh, read.cell_tags, 5) == pytest.approx(4.0, rel=1e-12)
+    # Both faces of the cut
+    assert measure.area(read.mesh, read.facet_tags, 8) == pytest.approx(2.0)
+
+
 def gmsh_pair(gmsh, order, recombined):
     """Model of two squares above each other that share no node, with named groups."""
     gmsh.model.add("pair")

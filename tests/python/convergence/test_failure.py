@@ -26,10 +26,10 @@ from raymortar.diagnose.failure import (
     describe,
     describe_failure,
     list_of_residuals,
-    reason_in_words,
     strange_gammas,
     swaps,
 )
+from raymortar.solvers.petsc_objects import reason_in_words
 from raymortar.interface.stiffness import stiffness_ratios
 from raymortar.results.sums import Statistics
 

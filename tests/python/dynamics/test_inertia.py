@@ -8,8 +8,20 @@ import ufl
 from dolfinx import fem
 from problems import COMM, DIMENSION, worst
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import Contact, ContactError, SetUpError, Tie, dynamics, tools
+from raymortar import (
+    Contact,
+    ContactError,
+    ContactWarning,
+    NonlinearProblem,
+    Penalty,
+    SetUpError,
+    Tie,
+    dynamics,
+    tools,
+)
 from raymortar.dynamics.massless import massless_nodes
 
 RHO = 7.85
@@ -173,6 +185,60 @@ def test_the_matrix_follows_a_constant_of_the_form():
     assert inertia.revision == made_once
     rho.value = 6.0
     assert worst(inertia.times(one) - 3.0 * before) <= 1e-12
+
+
+def on_plate(mass):
+    """A bar above a plate of one layer of cells, all of whose outer side is held; any
+    facet may meet any other."""
+    plate = {"bottom": 1, "left": 1, "right": 1}
+    blocks = [
+        Block((4, 4), (0.0, 0.1), (1.0, 1.1), body="bar"),
+        Block((8, 1), (-1.0, -0.5), (2.0, 0.0), tags=plate, body="plate"),
+    ]
+    mesh, _, tags = assemble_blocks(COMM, blocks, "quadrilateral")
+    V = tools.vector_space(mesh, 1)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    contact = Contact(u, tags, "all", Penalty())
+    strain = [ufl.sym(ufl.grad(w)) for w in (u, v)]
+    form = ufl.inner(100.0 * strain[0], strain[1]) * ufl.dx + v[1] * ufl.dx
+    bcs = [tools.prescribe(V, tags.find(1))]
+    problem = NonlinearProblem(form, contact, bcs)
+    return problem, of_space(V, contact, mass)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("mass", ["nearest", "affine"])
+def test_held_nodes_stand_for_those_of_a_thin_body(mass):
+    """No node of the plate is off the surfaces. What it has of mass rests, as told; the
+    bar, and the mass of all, are whole."""
+    problem, inertia = on_plate(mass)
+    volume = 1.0 + 1.5
+    with pytest.warns(
+        ContactWarning, match="puts 0.29 .* on nodes that conditions hold"
+    ):
+        inertia.begin(problem.prescribed)
+    V = problem.u.function_space
+    n = V.dofmap.index_map.size_local
+    down = np.tile([0.0, 1.0], n)
+
+    def moved(values):
+        return COMM.allreduce(float(values @ inertia.times(values)))
+
+    assert moved(down) == pytest.approx(RHO * volume, rel=1e-12)
+    assert moved(down * ~problem.prescribed) == pytest.approx(RHO, rel=1e-12)
+
+
+@pytest.mark.mpi
+def test_a_thin_body_that_nothing_holds_is_told_by_what_helps():
+    for mass, text in (
+        ("nearest", 'mass="cons'),
+        ("affine", 'mass="nearest" or "cons'),
+    ):
+        _, inertia = on_plate(mass)
+        with pytest.raises(
+            SetUpError, match=f"two cells or more across, or take {text}"
+        ):
+            inertia.begin(np.zeros(len(inertia.contact.unknowns.owned_values()), bool))
 
 
 @pytest.mark.mpi

@@ -75,28 +75,59 @@ def test_a_wave_passes_a_tie(scheme):
     assert found.stress[late].mean() <= -0.8
 
 
-@pytest.mark.mpi
-def test_bodies_on_meshes_of_their_own_meet():
+def apart(energies=False):
+    """Two bars on meshes of their own that meet; their history and steps."""
     one, other = (
         moving.bars(n=12, lower=False, width=0.2, gap=gap) for gap in (0.0, -1.0)
     )
     functions = [one.u, other.u]
-    forms = [moving.elastic(scene)[1] for scene in (one, other)]
+    energy, forms = zip(*map(moving.elastic, (one, other)))
     mass = [ufl.inner(s.a, s.v) * ufl.dx for s in (one, other)]
     head = 10 + moving.HEAD
     tags = compat.meshtags(
         other.mesh, 1, other.facets.indices, other.facets.values + np.int32(10)
     )
     contact = Contact(functions, [one.facets, tags], [(moving.SLAVE, head)])
-    problem = raymortar.NonlinearProblem(forms, contact, u=functions)
+    problem = raymortar.NonlinearProblem(list(forms), contact, u=functions)
     inertia = dynamics.Inertia(mass, contact)
     down, up = (moving.moving(s, lambda z, v=v: v + 0.0 * z)
                 for s, v in ((one, -0.01), (other, 0.01)))  # fmt: skip
-    history = raymortar.History(problem)
-    dynamics.TimeSteps(
+    given = list(energy) if energies else None
+    history = raymortar.History(problem, energy=given)
+    steps = dynamics.TimeSteps(
         problem.snes_solver, inertia, end=2.5, dt=1.0 / 24, scheme=Newmark(),
-        velocity=[down, up], history=history,
+        velocity=[down, up], history=history, energy=given,
     ).run()  # fmt: skip
+    return history, steps
+
+
+@pytest.mark.mpi
+def test_energies_of_bodies_on_meshes_of_their_own():
+    """As on one mesh, in each step; a list of functionals, one for each mesh."""
+    history, steps = apart(energies=True)
+    scene = moving.bars(n=12, width=0.2)
+    energy, residual = moving.elastic(scene)
+    contact = Contact(scene.u, scene.facets, [(moving.SLAVE, moving.MASTER)])
+    problem = raymortar.NonlinearProblem(residual, contact)
+    inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact)
+    known = moving.run(
+        scene, problem, inertia, end=2.5, dt=1.0 / 24, scheme=Newmark(), energy=energy,
+        velocity=moving.by_bar(scene, 0.01),
+    )  # fmt: skip
+    whole = known.energy[0]
+    for name in ("kinetic", "elastic", "contact_work", "external_work"):
+        assert worst(history[name] - known.history[name]) <= 1e-9 * whole
+    assert worst(history["energy"] - history["elastic"]) <= 1e-14 * whole
+    assert history["elastic"].max() >= 0.5 * whole
+    for step, other in zip(steps, known.done):
+        assert step.energy.total == pytest.approx(other.energy.total, rel=1e-9)
+    with pytest.raises(raymortar.ContactError, match="or a list of one for each mesh"):
+        raymortar.History(problem, energy=[energy, 3])
+
+
+@pytest.mark.mpi
+def test_bodies_on_meshes_of_their_own_meet():
+    history, _ = apart()
     stress = history["force_0_y"] / (0.2 * 0.01)
     pressed = (history["time"] > 0.6) & (history["time"] < 1.4)
     assert abs(stress[pressed].mean() - 1.0) <= 0.02

@@ -21,7 +21,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
-from raymortar.dynamics.motion import Motion, MovingVolume
+from raymortar.dynamics.motion import InertiaTerm, Motion
 
 SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 
@@ -97,10 +97,10 @@ def test_the_tangent_is_that_of_differences(scheme, mass):
     form = ufl.inner(scene.a, scene.v) * ufl.dx
     scene.inertia = dynamics.Inertia(form, scene.contact, mass)
     problem, motion = scene.problem, Motion(scene.inertia, scheme)
-    volume = MovingVolume(problem, motion)
+    term = InertiaTerm(problem, motion)
     motion.set_velocity([scene.v0])
     motion.begin(0.1)
-    with volume.acting():
+    with term.acting():
         assert 1.8 <= moving.taylor_slope(problem, 3) <= 2.2
 
 
@@ -115,7 +115,7 @@ def test_a_flight_is_solved_from_where_it_ends(scheme, dt):
     motion.set_velocity([scene.v0])
     motion.begin(dt)
     rng = np.random.default_rng(2)
-    with MovingVolume(scene.problem, motion).acting():
+    with InertiaTerm(scene.problem, motion).acting():
         solver = SNESSolver(scene.problem)
         solver.solve()
         for _ in range(5):
@@ -343,13 +343,34 @@ def test_midpoint_energies_of_a_flight_do_not_swing(cfl):
     assert np.ptp(found.history["elastic"]) >= 0.1 * found.energy[0]
 
 
-def test_a_checkpoint_without_the_fields_of_motion_is_named(folder):
-    scene = beam(held=False)
+def test_a_checkpoint_of_another_motion_is_named(folder):
+    """Of statics, and of another scheme."""
+    scene, path = beam(held=False), folder / "lacks.chk"
+    Checkpoint(scene.problem, path).write(0.2)
     steps = steps_of(scene, Newmark(), 0.1, 0.4)
-    saved = Checkpoint(scene.problem, folder / "lacks.chk")
-    saved.write(0.2)
-    with pytest.raises(ContactError, match="has no velocity, acceleration: write"):
-        steps.resume(saved.read())
+    with pytest.raises(ContactError, match="has no motion: velocity, motion: accel"):
+        steps.resume(Checkpoint(scene.problem, path).read())
+    steps.run()
+    Checkpoint(scene.problem, path).write(0.2)
+    other = beam(held=False)
+    steps = steps_of(other, GeneralizedAlpha(), 0.1, 0.4)
+    with pytest.raises(ContactError, match="has no motion: static forces: it is not"):
+        steps.resume(Checkpoint(other.problem, path).read())
+
+
+def test_a_checkpoint_may_be_read_before_time_steps_are_made(folder):
+    """Without naming what belongs to the motion."""
+    one, found = beam(gap=0.02, held=False), []
+    steps = steps_of(one, Midpoint(), 0.02, 0.6)
+    for step in steps:
+        if abs(step.time - 0.3) < 1e-9:
+            Checkpoint(one.problem, folder / "early.chk").write(step.time)
+    other = beam(gap=0.02, held=False)
+    time = Checkpoint(other.problem, folder / "early.chk").read()
+    steps = steps_of(other, Midpoint(), 0.02, 0.6, velocity=None)
+    steps.resume(time)
+    steps.run()
+    assert worst(one.u.x.array - other.u.x.array) <= 1e-12 * worst(one.u.x.array)
 
 
 def test_what_a_step_tells(capsys):

@@ -293,7 +293,7 @@ def test_a_restored_state_keeps_sides():
     press = Press("quadrilateral", 4, 8)
     contact = press.contact(GIVEN)
     state = contact.state()
-    state.multiplier[:] = 1.0
+    state["multiplier 0"][:] = 1.0
     contact.restore(state)
     press.problem(contact)
     assert not contact.pairs[0].is_exchanged

@@ -167,8 +167,18 @@ def test_points_of_stl_at_one_place_are_one():
         (CUBE, FACES + 1, "facets has point 8"),
         (CUBE, FACES[:0], "facets is empty"),
         (np.where(CUBE == 1.0, np.nan, 0.0), FACES, "not finite"),
+        (
+            np.full((2, 2), 0.5),
+            np.array([[0, 1]]),
+            r"no facet has any length: the first of 1, facet 0, is at \(0.5, 0.5\)",
+        ),
+        (
+            CUBE,
+            np.array([[0, 0, 1], [2, 2, 2]]),
+            r"no facet has any area: the first of 2, facet 0, is at",
+        ),
     ],
 )
 def test_wrong_arrays_are_told(points, facets, message):
     with pytest.raises(ContactError, match=message):
-        rigid.Surface(points, facets)
+        rigid.Surface(points, facets, closed=False)

@@ -1,0 +1,57 @@
+"""What floors add to the core: each hook has a default with which the core stands alone.
+
+`raymortar/__init__` sets those of the whole package. Hooks are called on all ranks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from .errors import ConvergenceError, raise_everywhere
+
+
+def describe_residuals(problem: Any) -> str:
+    """Say what is known of a failed solve: its residuals."""
+    norms = ", ".join(f"{norm:.3e}" for norm in problem.history)
+    return f"residuals {norms}"
+
+
+def require_convergence(problem: Any, converged: bool, reason: str) -> None:
+    """Raise on every rank if a solve has failed."""
+    if not converged:
+        text = f"Newton did not converge {reason}: {hooks.describe(problem)}"
+        raise_everywhere(problem.comm, text, ConvergenceError)
+
+
+@dataclass
+class Hooks:
+    """Functions that floors put in the place of the core's, or beside them.
+
+    Attributes
+    ----------
+    judge
+        Judges the end of a solve, given the problem, whether it has converged, and its
+        end in words: raises an error where it has failed.
+    describe
+        Message on a problem whose solve has failed.
+    on_setup
+        Called with a problem whose first matrix is made, before the first solve.
+    keeper
+        Makes the keeper of a volume's constant tangent, from the contact, its `Forms`, the
+        pattern and the residual in UFL, which returns None where the tangent is not
+        constant; None: tangents are assembled anew.
+    linear_solver
+        Chooses the linear solver of a problem, with or without SNES: its PETSc options
+        and its name; None: the direct solver.
+    """
+
+    judge: Callable[[Any, bool, str], None] = require_convergence
+    describe: Callable[[Any], str] = describe_residuals
+    on_setup: list[Callable[[Any], None]] = field(default_factory=list)
+    keeper: Callable[[Any, Any, Any, Any], Any] | None = None
+    linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+
+
+hooks = Hooks()

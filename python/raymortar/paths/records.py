@@ -1,0 +1,51 @@
+"""Records of a history: their numbers, and those of an earlier file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import ContactError
+
+
+def numbers(row: Mapping[str, Any]) -> dict[str, float]:
+    """Convert the values of a record."""
+    for name, value in row.items():
+        try:
+            float(value)
+        except (TypeError, ValueError):
+            message = f"{name} of a record must be a number, not {value!r}"
+            raise ContactError(message) from None
+    return {name: float(value) for name, value in row.items()}
+
+
+def checked(rows: Any, count: int) -> list[list[float]]:
+    """Check that records are numbers, one for each of some columns."""
+    try:
+        found = [[float(value) for value in row] for row in rows]
+    except (TypeError, ValueError):
+        message = f"rows must be records, as of History.rows, not {rows!r}"
+        raise ContactError(message) from None
+    for i, row in enumerate(found):
+        if len(row) != count:
+            message = f"record {i} has {len(row)} values, this history {count} columns"
+            raise ContactError(message)
+    return found
+
+
+def read_records(path: Path | None, columns: Sequence[str]) -> list[list[float]]:
+    """Read the complete records of a file with these columns."""
+    if path is None:
+        raise ContactError("a history without a file has none to go on from")
+    try:
+        text = path.read_text(encoding="utf-8")
+        # The line that a killed run was writing has no end
+        head, *lines = csv.reader(text.split("\n")[:-1])
+        rows = [[float(x) for x in values] for values in lines]
+    except (OSError, ValueError) as error:
+        raise ContactError(f"{path} cannot be read: {error}") from None
+    if tuple(head) != tuple(columns):
+        raise ContactError(f"{path} has other columns than this history")
+    return checked(rows, len(columns))

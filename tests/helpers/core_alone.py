@@ -1,0 +1,202 @@
+"""Two blocks in contact, by the core of raymortar alone or by the whole package.
+
+core_alone.py PACKAGE-FOLDER whole|alone none|friction
+
+Prints as JSON the iterations of four steps, the force on the grip, and the modules that
+were loaded. Alone, a module that is no part of the core cannot be imported: what the core
+still asks of floors (`scripts/core_breaks.txt`) is answered by stand-ins, which do
+nothing. Each mended break takes one away.
+"""
+
+import json
+import sys
+import types
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+
+
+class Nothing:
+    """Stands for a class of a floor that a scene without floors never uses."""
+
+    def __init__(self, *_):
+        pass
+
+
+class Motions(Nothing):
+    """Motions of no rigid bodies."""
+
+    def __init__(self, bodies):
+        self.bodies, self.old = bodies, None
+
+    def send_old(self, cpp):
+        pass
+
+    def have_moved(self):
+        return False
+
+    def turned_too_far(self):
+        return None
+
+    def accept(self):
+        pass
+
+
+def nothing(*_, **__):
+    """Stands for a function of a floor."""
+
+
+STAND_INS = {
+    "compat.at_points": {},
+    "compat.files": {},
+    "compat.gmsh": {},
+    "discretization.curving": {"Smooth": object, "curve": nothing},
+    "interface.overlap": {"of_hit_masters": nothing},
+    "interface.straight_facets": {
+        "warn_of_straight_facets": nothing,
+        "warn_of_turned_arcs": nothing,
+    },
+    "results": {},
+    "results.nodal_fields": {
+        "NodalFields": type("NodalFields", (), {}),
+        "check_part": nothing,
+    },
+    "results.points": {"PointResults": type("PointResults", (), {})},
+    "results.sums": {
+        "Statistics": Nothing,
+        "friction_work": nothing,
+        "statistics": nothing,
+        "stored_energy": nothing,
+    },
+    "rigid": {},
+    "rigid.body": {
+        "Body": Nothing,
+        "Motions": Motions,
+        "as_body": nothing,
+        "require_same_loads": nothing,
+    },
+    "rigid.shapes": {"Shape": Nothing},
+    "system.free_bodies": {"FreeBodies": Nothing},
+}
+
+
+# Floors that the core cannot do without yet
+NEEDED = ("sides",)
+
+
+class Floors:
+    """Finds stand-ins for floors, and refuses other modules that are not of the core."""
+
+    def __init__(self, is_core):
+        self._is_core, self.refused = is_core, []
+
+    def find_spec(self, name, path=None, target=None):
+        if not name.startswith("raymortar."):
+            return None
+        module = name.removeprefix("raymortar.")
+        if module in STAND_INS:
+            return ModuleSpec(name, self, is_package=True)
+        is_folder = Path(path[0], module.split(".")[-1]).is_dir()
+        if is_folder or module in NEEDED or self._is_core(tuple(module.split("."))):
+            return None
+        raise ImportError(f"{module} is no part of the core")
+
+    def create_module(self, spec):
+        return None
+
+    def exec_module(self, module):
+        module.__path__ = []
+        names = STAND_INS[module.__name__.removeprefix("raymortar.")]
+        module.__dict__.update(names)
+
+
+def stand_alone(package, is_core):
+    """Let raymortar be its core: its own __init__ does not run."""
+    sys.meta_path.insert(0, Floors(is_core))
+    core = types.ModuleType("raymortar")
+    core.__path__ = [str(package)]
+    sys.modules["raymortar"] = core
+    for folder in package.iterdir():  # nor do those of its folders
+        name = f"raymortar.{folder.name}"
+        if (folder / "__init__.py").is_file() and folder.name != "compat":
+            if folder.name not in STAND_INS:
+                room = types.ModuleType(name)
+                room.__path__ = [str(folder)]
+                sys.modules[name] = room
+
+
+def solve(friction):
+    """Press one block of hexahedra onto another, on meshes of their own, and drag it."""
+    import numpy as np
+    import ufl
+    from dolfinx import fem, mesh
+    from mpi4py import MPI
+    from raymortar import compat
+    from raymortar.contact import Contact
+    from raymortar.options.friction import Coulomb
+    from raymortar.problem import CoupledProblem
+    from raymortar.solvers.newton import NewtonSolver
+
+    boxes = [
+        ([[0, 0, 0], [1, 1, 0.5]], [4, 4, 2]),
+        ([[0.1, 0.15, 0.5], [0.8, 0.85, 1.0]], [3, 3, 2]),
+    ]
+    functions, tags, forms, ends, bcs = [], [], [], [], []
+    for k, (corners, cells) in enumerate(boxes):
+        body = mesh.create_box(MPI.COMM_SELF, corners, cells, mesh.CellType.hexahedron)
+        u = fem.Function(compat.vector_space(body, 1), name=f"u{k}")
+        V, v = u.function_space, ufl.TestFunction(u.function_space)
+        F = ufl.Identity(3) + ufl.grad(u)
+        log_J = ufl.ln(ufl.det(F))
+        energy = 0.5 * (ufl.inner(F, F) - 3) - log_J + log_J**2
+        forms.append(ufl.derivative(energy * ufl.dx(degree=3), u, v))
+        faces = [
+            mesh.locate_entities_boundary(body, 2, lambda x, z=z: np.isclose(x[2], z))
+            for z in (0.5, 1.0 * k)
+        ]
+        met, held = np.sort(faces[0]), faces[1]
+        marks = np.full(len(met), k + 1, np.int32)
+        tags.append(compat.meshtags(body, 2, met, marks))
+        ends.append(fem.Function(V))
+        dofs = fem.locate_dofs_topological(V, 2, held)
+        bcs.append(fem.dirichletbc(ends[-1], dofs))
+        functions.append(u)
+    law = {"friction": Coulomb(0.3)} if friction else {}
+    contact = Contact(functions, tags, [(2, 1)], **law)
+    problem = CoupledProblem(forms, contact, bcs, u=functions)
+    direct = {
+        "ksp_type": "preonly",
+        "pc_type": "lu",
+        "pc_factor_mat_solver_type": "mumps",
+    }
+    solver, iterations = NewtonSolver(problem, direct), []
+    for t in (0.25, 0.5, 0.75, 1.0):
+        ends[1].x.array.reshape(-1, 3)[:] = (0.05 * t, 0.0, -0.05 * t)
+        iterations.append(solver.solve()[0])
+        contact.advance()
+    X = functions[1].function_space.tabulate_dof_coordinates()
+    forces = problem.forces().reshape(-1, 3)[-len(X) :]
+    return iterations, forces[np.isclose(X[:, 2], 1.0)].sum(axis=0).tolist()
+
+
+def main(package, parts, law):
+    if parts == "alone":
+        from importlib.machinery import SourceFileLoader
+
+        root = Path(__file__).resolve().parents[2]
+        script = root / "scripts" / "check_layers"
+        layers = SourceFileLoader("check_layers", str(script)).load_module()
+        stand_alone(Path(package), layers.is_core)
+    else:
+        sys.path.insert(0, str(Path(package).parent))
+        __import__("raymortar")
+    iterations, force = solve(law == "friction")
+    modules = sorted(
+        name
+        for name, module in sys.modules.items()
+        if name.startswith("raymortar.") and getattr(module, "__file__", None)
+    )
+    print(json.dumps({"iterations": iterations, "force": force, "modules": modules}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
