@@ -264,8 +264,9 @@ launch() {
   if ((ranks > 1)); then
     # More ranks than cores may be asked for, and threads may use every core.
     # Options, as the names of the settings differ between Open MPI 4, 5 and 6.
+    # It says at length that a rank has failed, which the rank has said.
     [[ $(mpirun --version) != *"Open MPI"* ]] ||
-      options=(--map-by :OVERSUBSCRIBE --bind-to none)
+      options=(--quiet --map-by :OVERSUBSCRIBE --bind-to none)
     # Ranks that wait for others must leave them the cores
     ((ranks <= $(nproc))) || export OMPI_MCA_mpi_yield_when_idle=1
     mpirun "${options[@]}" -n "$ranks" "$@"

@@ -61,7 +61,7 @@ def o_ring(size=3e-4, steps=12):
 
     def accepted():
         wet.interpolate(contact.status())
-        wet.x.array[:] = left & (wet.x.array < 0.5)
+        wet.x.array[:] = left & (wet.x.array < 1.5)
 
     problem = raymortar.NonlinearProblem(form, contact)
     options = {"on_accept": accepted}

@@ -1,5 +1,8 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
+import warnings
+from typing import Any
+
 from . import dynamics, io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
@@ -17,7 +20,7 @@ from .flux import Flux, FluxRates
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
-from .interface.point_results import NodeStatus, PointStatus
+from .interface.point_results import Status
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -67,15 +70,14 @@ __all__ = [
     "LoadSteps",
     "Movie",
     "NewtonSolver",
-    "NodeStatus",
     "NonlinearProblem",
     "Output",
     "Pair",
     "Penalty",
-    "PointStatus",
     "SNESSolver",
     "Search",
     "SetUpError",
+    "Status",
     "Stick",
     "Tie",
     "ToolField",
@@ -88,6 +90,17 @@ __all__ = [
     "solvers",
     "tools",
 ]
+
+# Names of one release ago
+_MOVED = {"NodeStatus": "Status", "PointStatus": "Status"}
+
+
+def __getattr__(name: str) -> Any:
+    """Find a name that has moved, with a warning."""
+    if name not in _MOVED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
+    return globals()[_MOVED[name]]
 
 
 def __dir__() -> list[str]:

@@ -13,10 +13,11 @@ import numpy as np
 
 from .compat import Array
 from .contact import Contact
-from .discretization.unknowns import Lacking
+from .discretization.ranks import destroy
 from .errors import ContactError, SetUpError, described, together
+from .interface.probing import product
 from .problem import CoupledProblem
-from .system.condensation import ELIMINATED, Condensation
+from .system.condensation import ELIMINATED, Condensation, Newton
 
 # Name under which a matrix carries its pattern
 _PATTERN = "raymortar_pattern"
@@ -110,8 +111,12 @@ class CondensedProblem:
         self._x, self._b = (self.coupled.create_vector() for _ in range(2))
         self._condensation = Condensation(self.contact)
         self._n = self._condensation.n
-        self.contact.to_vector(self._x)
-        self._is_balanced = self._lifts = False
+        self._shown, self._begun = self._present(), self._returns()
+        self._newton = Newton(self._shown)
+        # Of the last residual: the user's unknowns, None where there is none; its rows,
+        # the multipliers, and how these have to change to balance slave nodes
+        self._at: Array | None = None
+        self._rows = self._lam = self._change = np.empty(0)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.coupled!r}>"
@@ -124,26 +129,24 @@ class CondensedProblem:
 
     def F(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Residual at x into b. Collective."""
-        lacking, volume = self._balance(x)
-        with self._condensation.eliminating():
-            self.contact.assemble_residual(self._b, self.bcs, volume, lacking)
-            if self._lifts:
-                self.coupled.J(self._x, self._A)
-        found = self._b.array_r
-        if self._lifts:
-            rows = self._condensation.lifted(found, self._A)
-        else:
-            rows = self._condensation.residual(found)
-        b.array[: self._n] = rows
+        self._evaluate(x.array_r[: self._n].copy())
+        b.array[: self._n] = self._rows
 
     def J(self, x: PETSc.Vec, A: PETSc.Mat) -> None:
         """Tangent at x into A, whatever pattern it has had. Collective."""
-        same = np.array_equal(x.array_r[: self._n], self._x.array_r[: self._n])
-        if not (self._is_balanced and self.comm.allreduce(same, op=MPI.LAND)):
-            self._balance(x)
-        with self._condensation.eliminating():
-            self.coupled.J(self._x, self._A)
-        found, eliminated = self._condensation.tangent(self._A)
+        problem, now = self.coupled, x.array_r[: self._n].copy()
+        same = self._at is not None and np.array_equal(now, self._at)
+        if not self.comm.allreduce(same, op=MPI.LAND):
+            self._evaluate(now)
+        problem.tangents += 1
+        problem.volume.add_tangent(self._A, self.bcs)
+        self._A.assemble()
+        found, by_x, eliminated = self._condensation.tangent(self._A)
+        size = self.comm.allreduce(float(self._rows @ self._rows))
+        share = product(found, self._rows, transposed=True) / -(size or 1.0)
+        destroy(self._newton.by_x)
+        self._newton = Newton(self._lam, now, self._change, by_x, share)
+        self._at = None  # the tangent of contact has become that of all
         self._give(found, A)
         found.destroy()
         before = A.getAttr(ELIMINATED)
@@ -151,13 +154,11 @@ class CondensedProblem:
             before.spread.destroy()
         A.setAttr(ELIMINATED, eliminated)
 
-    def _balance(self, x: PETSc.Vec) -> tuple[Lacking, Array]:
-        """Take over an iterate, with the multipliers that balance its slave nodes.
-        Collective.
+    def _evaluate(self, x: Array) -> None:
+        """Find the residual where the user's owned unknowns are x. Collective.
 
-        Returns
-        -------
-        What it lacks of prescribed values, and the rows of the form with these lifted.
+        Multipliers are those of Newton's method. What slave nodes lack of balance then
+        goes into the other rows, by the tangent of contact.
         """
         problem, contact, condensation = self.coupled, self.contact, self._condensation
         with together(self.comm):
@@ -170,31 +171,69 @@ class CondensedProblem:
                     )
         contact.constrained(self.bcs)
         condensation.set_prescribed(problem.prescribed)
-        self._set(slice(0, self._n), x.array_r[: self._n])
+        self._at, self._lam = None, self._multipliers(x)
+        self._show(x, self._lam)
         condensation.weigh()
         lacking = contact.unknowns.lacking(self.bcs)
-        self._lifts = self.comm.allreduce(bool(lacking.increment.any()), op=MPI.LOR)
         volume = problem.volume.residual(self.bcs, lacking.increment)
-        alone = volume
-        if self._lifts:
-            alone = problem.volume.residual(self.bcs, np.zeros_like(lacking.increment))
-        self._set(slice(self._n, None), condensation.multipliers(alone))
-        self._is_balanced = True
-        return lacking, volume
+        contact.assemble_residual(self._b, self.bcs, volume, lacking)
+        if not contact.extend_room(self._A):
+            self._A.zeroEntries()
+        contact.add_tangent(self._A, self.bcs)
+        self._A.assemble()
+        found = self._b.array_r.copy()
+        self._change = condensation.change(found, self._lam)
+        known = np.concatenate([np.zeros(self._n), self._change])
+        self._rows = condensation.residual(found + product(self._A, known))
+        self._at = x
+        # Rows may vanish where slave nodes alone are out of balance, as all of a body of
+        # one cell: results are then of multipliers that balance them
+        norm = np.sqrt(self.comm.allreduce(float(self._rows @ self._rows)))
+        lifts = self.comm.allreduce(bool(lacking.increment.any()), op=MPI.LOR)
+        if not lifts and condensation.unbalance(found) > norm:
+            self._show(x, self._lam + self._change)
 
-    def _set(self, part: slice, values: Array) -> None:
-        """Set a part of all unknowns, and take them over."""
-        self._x.array[part] = values
+    def _multipliers(self, x: Array) -> Array:
+        """Owned multipliers where the user's owned unknowns are x: those of Newton's
+        method, or the present ones if something else has set these. Collective."""
+        present, returns = self._present(), self._returns()
+        is_own = np.array_equal(present, self._shown) and returns == self._begun
+        if not self.comm.allreduce(is_own, op=MPI.LAND):
+            destroy(self._newton.by_x)
+            self._newton, self._begun = Newton(present), returns
+        found = self._newton.at(x)
+        if self.comm.allreduce(bool(np.isfinite(found).all()), op=MPI.LAND):
+            return found
+        # A solve has failed, which the next one has nothing to do with
+        destroy(self._newton.by_x)
+        self._newton = Newton(np.zeros_like(found))
+        return self._newton.lam
+
+    def _returns(self) -> int:
+        """How often the contacts have gone back to a state."""
+        return sum(part.present.returns for part in self.contact.parts)
+
+    def _present(self) -> Array:
+        """Owned multipliers that the contact has at present."""
+        self.contact.to_vector(self._x)
+        return self._x.array_r[self._n :].copy()
+
+    def _show(self, x: Array, lam: Array) -> None:
+        """Let the contact have unknowns, and its results be theirs. Collective."""
+        self._x.array[:] = np.concatenate([x, lam])
         self.coupled.form(self._x)
+        self._shown = self._present()
 
     # Room
 
-    def create_vector(self) -> PETSc.Vec:
-        """Vector of the user's unknowns."""
-        return PETSc.Vec().createMPI((self._n, None), comm=self.comm)
+    def create_vector(self, L: Any = None) -> PETSc.Vec:
+        """Vector of the user's unknowns, with DOLFINx's layout and ghosts; the form L is
+        not needed. Collective."""
+        return self.contact.layout.create_form_vector()
 
-    def create_matrix(self) -> PETSc.Mat:
-        """Matrix of the user's unknowns, which `J` gives its pattern."""
+    def create_matrix(self, a: Any = None) -> PETSc.Mat:
+        """Matrix of the user's unknowns, which `J` gives its pattern; the form a is not
+        needed."""
         unknowns = self.contact.unknowns
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self._n, None), (self._n, None)))

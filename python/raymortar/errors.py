@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from mpi4py import MPI
@@ -40,10 +43,40 @@ class ContactWarning(UserWarning):
     """A converged solve whose contact is not to be trusted everywhere."""
 
 
-def warn(text: str, level: int) -> None:
-    """Warn with `ContactWarning`. Level 1 is the line that calls this function, as with
-    ``stacklevel`` of `warnings.warn`."""
-    warnings.warn(text, ContactWarning, stacklevel=level + 1)
+# Whether this rank shows warnings: it is the first of a communicator of a contact
+_speaks: bool | None = None
+# Frames that are not the user's: of this package, and of context managers in it
+_OWN_CODE = str(Path(__file__).parent) + os.sep, contextlib.__file__
+
+
+def speak_on(comm: MPI.Comm) -> None:
+    """Let warnings be shown by the first rank of a communicator, here for one."""
+    global _speaks
+    _speaks = bool(_speaks) or comm.rank == 0
+
+
+def warn(text: str) -> None:
+    """Warn with `ContactWarning` at the user's own line of code.
+
+    All ranks warn, so that filters which raise or record do so on all alike; one shows it.
+    """
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_CODE):
+        frame, level = frame.f_back, level + 1
+    speaks = MPI.COMM_WORLD.rank == 0 if _speaks is None else _speaks
+    # What records warnings puts a list's method in place of this function
+    shows = isinstance(getattr(warnings, "_showwarnmsg_impl", None), FunctionType)
+    shown = warnings.showwarning
+    if not speaks and shows:
+        warnings.showwarning = _show_nothing
+    try:
+        warnings.warn(text, ContactWarning, stacklevel=level)
+    finally:
+        warnings.showwarning = shown
+
+
+def _show_nothing(*_: Any, **__: Any) -> None:
+    """Leave it to the rank that speaks."""
 
 
 # Types that are raised on all ranks as they are

@@ -26,7 +26,7 @@ from .errors import ContactError, ConvergenceError, described, of_type, together
 from .flux import Flux
 from .interface.probing import row_sums
 from .solvers.linear import direct
-from .solvers.petsc_objects import PetscOptions, new_prefix
+from .solvers.petsc_objects import PetscOptions, new_prefix, reason_in_words
 from .system.fluxes import FluxTerms
 from .system.volume import Forms
 from .terms import apart, require_apart
@@ -38,8 +38,20 @@ OPTIONS = {
     "snes_linesearch_type": "basic",
     "snes_rtol": 1e-10,
     "snes_max_it": 50,
+    # Full steps may first take residuals up by any factor, as fourth powers of radiation
+    "snes_divergence_tolerance": 1e300,
     **direct(),
 }
+# What helps, by the reason why a solve has ended
+_REMEDIES = {
+    "MAX_IT": "a start nearer to the answer, a larger snes_max_it, or "
+    'petsc_options={"snes_linesearch_type": "bt"}',
+    "LINE_SEARCH": 'full steps, which are the default (snes_linesearch_type "basic")',
+    "DTOL": "snes_divergence_tolerance as it is by default, which stops no solve",
+    "LINEAR_SOLVE": "a condition, or a flux that is not zero, for each body: without one "
+    "a field has no level",
+}
+_OTHERWISE = "a start nearer to the answer"
 # Rounding error of a residual, over the sum of its terms
 _NOTHING = 64.0 * EPS
 
@@ -234,9 +246,12 @@ class FieldProblem:
         if self.iterations > 0:
             self._options.tell_unread(1)
         if reason < 0:
+            reasons = PETSc.SNES.ConvergedReason
+            found = {getattr(reasons, f"DIVERGED_{k}"): v for k, v in _REMEDIES.items()}
             raise ConvergenceError(
-                f"FieldProblem has not converged after {self.iterations} iterations: "
-                f"PETSc's reason {reason}, residual {norm:.3e}"
+                f"FieldProblem has not converged after {self.iterations} iterations "
+                f"({reason_in_words(reason)}), residual {norm:.3e}. Try "
+                f"{found.get(reason, _OTHERWISE)}"
             )
         return self.unknowns.functions
 

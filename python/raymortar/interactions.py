@@ -363,7 +363,6 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
                     f"on {slave} and master {other}: only the sum "
                     "of their tractions is determined, and the linear solver may fail; "
                     "give the pair to one of them, or one of them a Penalty",
-                    4,
                 )
             known[sides] = i
 

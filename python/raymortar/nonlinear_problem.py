@@ -150,7 +150,7 @@ class NonlinearProblem(CoupledProblem):
             with own.options:
                 if PETSc.Options(own.options.prefix).getBool(ERROR, True):
                     raise
-            warn(str(failure), 2)
+            warn(str(failure))
         return self.u
 
     def describe(self) -> str:

@@ -119,7 +119,7 @@ class CoupledProblem:
         forms = list(F) if isinstance(F, (list, tuple)) else [F]
         at = sorted({one.at for one in unknowns.displacements})
         moving = [forms[k] for k in at], [functions[k] for k in at]
-        warn_of_inertia(*moving, stacklevel=3)
+        warn_of_inertia(*moving)
         self.forms = F, J
         compiled = partial(
             compat.form,
@@ -196,7 +196,7 @@ class CoupledProblem:
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
-        return self.contact.create_vector(self.L)
+        return self.contact.layout.create_vector()
 
     def residual_floor(self) -> float:
         """Norm below which a residual is rounding error: of every body its stiffness
@@ -384,7 +384,6 @@ class CoupledProblem:
         rows = self.forces_of_bodies()
         b = self.create_vector()
         self.contact.assemble_vector(b)
-        b.assemble()
         rows += b.getArray(readonly=True)[: self.contact.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]

@@ -213,7 +213,6 @@ class Wear:
             warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
                 f"{self.largest:.3g}: take smaller steps",
-                2,
             )
             self.largest = None
 
@@ -344,7 +343,6 @@ class Wear:
                 f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
                 "pressures alternate from step to step: take smaller steps, or "
                 "Wear(..., implicit=True)",
-                3,
             )
 
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:

@@ -8,7 +8,8 @@ from typing import Any
 from petsc4py import PETSc
 
 import numpy as np
-from dolfinx import fem
+import ufl
+from dolfinx import fem, mesh
 from problems import COMM, DIMENSION, fix, residual
 from tangents import remainders_in_petsc
 
@@ -89,6 +90,53 @@ def indented(degree=1, mu=None, centres=(0.5,), radius=0.5, **options):
     return Pressed(u, contact, load, F, bcs, scene), tips
 
 
+def cantilever(method=DUAL):
+    """A neo-Hookean beam of hexahedra above a plane; its load is of its volume."""
+    ends = [np.zeros(3), np.array([10.0, 1.0, 1.0])]
+    beam = mesh.create_box(COMM, ends, [20, 2, 2], mesh.CellType.hexahedron)
+    V = compat.vector_space(beam, 1)
+    u, v, load = fem.Function(V), ufl.TestFunction(V), fem.Constant(beam, np.zeros(3))
+    lam, shear = 1e4 * 0.3 / (1.3 * 0.4), 1e4 / 2.6
+    F = ufl.variable(ufl.Identity(3) + ufl.grad(u))
+    log = ufl.ln(ufl.det(F))
+    energy = shear / 2 * (ufl.tr(F.T * F) - 3 - 2 * log) + lam / 2 * log**2
+    dx = ufl.Measure("dx", domain=beam, metadata={"quadrature_degree": 3})
+    form = ufl.inner(ufl.grad(v), ufl.diff(energy, F)) * dx - ufl.inner(v, load) * dx
+    find = mesh.locate_entities_boundary
+    below = find(beam, 2, lambda x: np.isclose(x[2], 0.0))
+    tags = mesh.meshtags(beam, 2, below, np.ones(len(below), np.int32))
+    left = find(beam, 2, lambda x: np.isclose(x[0], 0.0))
+    at = fem.locate_dofs_topological(V, 2, left)
+    bcs = [fem.dirichletbc(np.zeros(3), at, V)]
+    plane = rigid.Plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0))
+    contact = Contact(u, tags, [(1, plane)], method)
+    return Pressed(u, contact, load, form, bcs, None)
+
+
+def iterates(problem, share=1.0, count=10):
+    """Owned displacements of Newton's iterates from the present state, with a share of
+    each step, by the coupled problem or the condensed one."""
+    x, b, A = problem.create_vector(), problem.create_vector(), problem.create_matrix()
+    dx, n = x.duplicate(), problem.contact.layout.n
+    whole = problem.contact.layout.create_vector()
+    problem.contact.to_vector(whole)
+    x.array[:] = whole.array_r[: x.getLocalSize()]
+    ksp = PETSc.KSP().create(COMM)
+    ksp.setType("preonly")
+    ksp.getPC().setType("lu")
+    ksp.getPC().setFactorSolverType("mumps")
+    found = []
+    for _ in range(count):
+        problem.F(x, b)
+        found.append(x.array_r[:n].copy())
+        problem.J(x, A)
+        ksp.reset()
+        ksp.setOperators(A)
+        ksp.solve(b, dx)
+        x.axpy(-share, dx)
+    return found
+
+
 def newton(problem, rtol=1e-12, most=25):
     """Newton's method in the user's unknowns by a direct solver; norms of the
     residuals. As DOLFINx's solver does, it starts with the conditions not met."""
@@ -115,7 +163,9 @@ def newton(problem, rtol=1e-12, most=25):
 
 def taylor_order(problem, aside=0.0, seed=0):
     """Order of what the tangent leaves of the residual, along a random direction that
-    the state has gone by `aside`; and what it leaves."""
+    the state has gone by `aside`; and what it leaves. Slave nodes are in balance there:
+    out of it, J is that of the coupled system, where displacements and multipliers vary
+    together."""
     x = problem.create_vector()
     n = x.getLocalSize()
     x.array[:] = problem.u.x.array[:n]
@@ -123,6 +173,10 @@ def taylor_order(problem, aside=0.0, seed=0):
     rng = np.random.default_rng(seed + COMM.rank)
     d.array[:] = rng.normal(size=n) * ~problem.coupled.prescribed
     x.axpy(aside, d)
+    problem.F(x, x.duplicate())
+    balanced = problem.contact.layout.create_vector()
+    balanced.array[:] = np.append(x.array_r, problem._lam + problem._change)
+    problem.contact.from_vector(balanced)
     steps = 10.0 ** -np.arange(5.0, 7.0, 0.5)
     rest = remainders_in_petsc(problem, x, d, steps)
     return np.polyfit(np.log(steps), np.log(rest), 1)[0], rest

@@ -101,7 +101,7 @@ def trial_traction(contact):
     if contact.multiplier is not None:
         q -= states.GAMMA * tangential(p, p["slip"])
     hit = p["status"] != NONE
-    return np.linalg.norm(q[hit], axis=1), p["pressure"][hit]
+    return np.linalg.norm(q[hit], axis=1), -p["pressure"][hit]
 
 
 def trial_at_nodes(contact):

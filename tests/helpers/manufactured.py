@@ -320,7 +320,7 @@ class Manufactured:
         N, _ = shape_functions(surface.shape, surface.node_degree, points["xi"])
         nodes = surface.X[surface.facet_nodes[points["slave"]]]
         p, _ = self._exact_traction(np.einsum("qk,qki->qi", N, nodes))
-        return relative(points["pressure"] - p, p, points["weight"])
+        return relative(points["pressure"] + p, p, points["weight"])
 
 
 def relative(error, exact, weights):

@@ -119,7 +119,7 @@ class Ring:
 
     def peak(self):
         """Largest Cauchy pressure."""
-        return max(COMM.allgather(-self.contact.points(0)["pressure"].min(initial=0.0)))
+        return max(COMM.allgather(self.contact.points(0)["pressure"].max(initial=0.0)))
 
     def roughness(self):
         """Mean jump of the pressure's means between cells of the cord, over their

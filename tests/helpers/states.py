@@ -252,7 +252,7 @@ def residual_at(contact, U, rays_only=True):
     """Residual at the unknowns U, with the integration points where they are or,
     not rays_only, paired anew."""
     set_unknowns(contact, U)
-    contact.update(rays_only=rays_only)
+    contact.update(pair=not rays_only)
     return assembled(contact)
 
 

@@ -1,12 +1,18 @@
-"""Errors on all ranks."""
+"""Errors and warnings on all ranks."""
+
+import warnings
+
+from mpi4py import MPI
 
 import numpy as np
 import pytest
 import ufl
 from boxes import box
 from dolfinx import fem
+from pressed import Pressed
 from problems import COMM
 
+import raymortar
 from raymortar import compat, errors
 
 pytestmark = pytest.mark.mpi
@@ -56,3 +62,49 @@ def test_values_of_messages_are_a_line():
     assert errors.described((1, "a")) == "[1, 'a']"
     assert errors.described(list(range(9))) == "[0, 1, 2, 3, ... 9 in all]"
     assert len(errors.described("long " * 99)) == 120
+
+
+@pytest.fixture
+def shown(monkeypatch):
+    """Messages that Python would print on this rank."""
+    found = []
+    monkeypatch.setattr(warnings, "_showwarnmsg_impl", lambda one: found.append(one))
+    warnings.simplefilter("always")
+    return found
+
+
+@pytest.mark.quick
+def test_a_warning_of_all_ranks_is_shown_once(shown):
+    errors.speak_on(COMM)
+    errors.warn("of all")
+    assert len(shown) == (COMM.rank == 0)
+
+
+def test_a_rank_alone_shows_its_own_warnings(shown, monkeypatch):
+    monkeypatch.setattr(errors, "_speaks", None)
+    errors.speak_on(MPI.COMM_SELF)
+    errors.warn("of each")
+    assert len(shown) == 1
+
+
+@pytest.mark.quick
+def test_filters_see_warnings_on_all_ranks():
+    with pytest.warns(raymortar.ContactWarning, match="of all"):
+        errors.warn("of all")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(raymortar.ContactWarning):
+            errors.warn("of all")
+
+
+@pytest.mark.filterwarnings("always")
+def test_a_warning_is_at_the_line_of_the_user():
+    """Of a coefficient that is judged deep within the package."""
+    case = Pressed()
+    stiff = raymortar.AugmentedLagrangian(1e8)
+    contact = raymortar.Contact(case.u, case.scene.facet_tags, [(3, 4)], stiff)
+    with pytest.warns(
+        raymortar.ContactWarning, match="Newton's method may fail"
+    ) as found:
+        raymortar.NonlinearProblem(case.F, contact, bcs=case.bcs)
+    assert {one.filename for one in found} == {__file__}

@@ -27,6 +27,7 @@ import hertz_sphere  # noqa: E402
 import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
 import newton_of_dolfinx  # noqa: E402
+import own_assembly  # noqa: E402
 import pin  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
@@ -199,6 +200,14 @@ def test_pin_jaw_and_base_are_in_equilibrium(folder):
 @pytest.mark.mpi
 def test_newton_solver_of_dolfinx_is_in_equilibrium(folder):
     run(newton_of_dolfinx, folder)
+
+
+@pytest.mark.quick
+@pytest.mark.mpi
+def test_own_assembly_is_in_balance(folder):
+    run(own_assembly, folder)
+    lines = Path(own_assembly.__file__).read_text().splitlines()
+    assert len(lines) <= 60
 
 
 @pytest.mark.parametrize("friction", ["0", "0.3"])

@@ -76,8 +76,26 @@ def body(x, y, of_sides):
     F = ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx
     return u, tagged, F, tools.prescribe(V, found[0])
 """
+OWN = """
+pair = True
+contact = raymortar.Contact(
+    u, facets, pairs, raymortar.Penalty(), friction=raymortar.Coulomb(0.3)
+)
+contact.update()
+du = ufl.TrialFunction(V)
+L, a = fem.form(residual), fem.form(ufl.derivative(residual, u, du))
+A, b = contact.create_matrix(a), contact.create_vector(L)
+x = b.duplicate()
+down.value[:] = 0.02, -0.05
+"""
+LOOP = OWN + blocks_of("docs/your_own_assembly.md", "python")[1]
+README_OWN = (
+    OWN
+    + "import dolfinx.fem.petsc\nfrom petsc4py import PETSc\n"
+    + ("ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE")
+)
 BEFORE: dict[str, list[str | None]] = {
-    "README.md": [None, None],
+    "README.md": [None, None, README_OWN],
     "docs/axisymmetry.md": ["", None],
     "docs/condensed.md": [
         "F, times, size = residual, (0.5, 1.0), 1.0\n"
@@ -196,6 +214,23 @@ BEFORE: dict[str, list[str | None]] = {
         "SLAB, LEFT, RIGHT = 1, 4, 6",
         None,
     ],
+    "docs/your_own_assembly.md": [
+        OWN,
+        OWN,
+        LOOP,
+        LOOP,
+        LOOP.replace(
+            "contact.update()\n    with", "contact.update(pair=pair)\n    with"
+        )
+        + "def solve(x):\n"
+        "    for _ in range(20):\n"
+        "        residual_at(x, b)\n"
+        "        tangent_at(x, A)\n"
+        "        ksp.solve(b, dx)\n"
+        "        x.axpy(-1.0, dx)\n"
+        "        if dx.norm() < 1e-14:\n"
+        "            return\n",
+    ],
 }
 
 # Fewer steps than the pages have, and forces after a solve
@@ -217,6 +252,7 @@ SHORTER = {
 }
 NEEDS = {
     ("docs/condensed.md", 0): "dolfinx.nls.petsc",
+    ("docs/your_own_assembly.md", 2): "dolfinx.nls.petsc",
     ("docs/output.md", 0): "meshio",
     ("docs/output.md", 3): "matplotlib",
     ("docs/tie.md", 2): "matplotlib",

@@ -4,11 +4,20 @@ from __future__ import annotations
 
 from functools import partial
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 import pytest
-from condensing import DUAL, indented, newton, pressed, taylor_order
+from condensing import (
+    DUAL,
+    cantilever,
+    indented,
+    iterates,
+    newton,
+    pressed,
+    taylor_order,
+)
 from problems import COMM, fix
 
 from raymortar import (
@@ -16,6 +25,7 @@ from raymortar import (
     CondensedProblem,
     Contact,
     ContactError,
+    NewtonSolver,
     SetUpError,
     SNESSolver,
     compat,
@@ -62,6 +72,106 @@ def test_condensed_is_uncondensed(cell, degree, mu, overhang):
     # Quadratic: once the set of closed nodes stays, the order is two
     last = np.array(norms[-1])
     assert last[-1] <= 1e-9 * last[0] and len(last) <= 9, last
+
+
+def bent():
+    """The cantilever, loaded so that its first iterate is far below the plane."""
+    beam = cantilever()
+    beam.load.value[-1] = -2.0
+    return beam
+
+
+def dragged(cell, degree, mu, overhang):
+    """Blocks that one large step presses and drags."""
+    blocks = pressed(cell, degree, mu, overhang=overhang)
+    blocks.load.value[-1], blocks.load.value[0] = -0.06, 0.05
+    return blocks
+
+
+SCENES = [bent, *(partial(dragged, *case) for case in CASES)]
+
+
+@pytest.mark.mpi(where=lambda scene, **_: scene in (SCENES[0], SCENES[1], SCENES[4]))
+@pytest.mark.parametrize("share", [1.0, 0.6])
+@pytest.mark.parametrize("scene", SCENES)
+def test_iterates_are_those_of_the_coupled_system(scene, share):
+    """Far from balance, with rims within facets, of whole and of damped steps."""
+    one, other = scene(), scene()
+    expected = iterates(one.coupled(), share)
+    found = iterates(other.condensed(), share)
+    size = COMM.allreduce(max(np.abs(e).max(initial=0.0) for e in expected), MPI.MAX)
+    for f, e in zip(found, expected):
+        np.testing.assert_allclose(f, e, atol=1e-9 * size)
+    assert size > 0.05
+
+
+@pytest.mark.skipif(compat.newton_solver_class() is None, reason="it is gone")
+@pytest.mark.mpi
+def test_dolfinx_newton_solver_bends_a_cantilever_as_the_coupled_solver_does():
+    from dolfinx.nls.petsc import NewtonSolver as OfDolfinx
+
+    known, beam = cantilever(), cantilever()
+    coupled, solver = NewtonSolver(known.coupled()), OfDolfinx(COMM, beam.condensed())
+    solver.convergence_criterion, solver.rtol, solver.atol = "incremental", 1e-6, 1e-11
+    for k, most in enumerate((15, 4, 4, 8, 5), 1):
+        known.load.value[-1] = beam.load.value[-1] = -2.0 * k
+        coupled.solve()
+        iterations, _ = solver.solve(beam.u)
+        assert iterations <= most
+        np.testing.assert_allclose(beam.u.x.array, known.u.x.array, atol=1e-9)
+        found, expected = (one.contact.resultant().force for one in (beam, known))
+        np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected[-1]))
+        for one in (known, beam):
+            one.contact.advance()
+
+
+@pytest.mark.parametrize("search", ["basic", "l2"])
+def test_snes_bends_a_cantilever(search):
+    """(With "bt" neither the coupled problem does: all steps are far too short.)"""
+    beam = cantilever()
+    problem, snes = beam.condensed(), PETSc.SNES().create(COMM)
+    problem.attach(snes)
+    snes.getKSP().setType("preonly")
+    snes.getKSP().getPC().setType("lu")
+    snes.getKSP().getPC().setFactorSolverType("mumps")
+    snes.setOptionsPrefix(f"cantilever_{search}_")
+    options = PETSc.Options(snes.getOptionsPrefix())
+    options["snes_linesearch_type"] = search
+    snes.setFromOptions()
+    x = problem.create_vector()
+    for k in range(1, 6):
+        beam.load.value[-1] = -2.0 * k
+        snes.solve(None, x)
+        assert snes.getConvergedReason() > 0
+        beam.contact.advance()
+    assert beam.contact.resultant().force[-1] == pytest.approx(39.4551, abs=1e-4)
+
+
+@pytest.mark.mpi
+def test_results_are_in_balance_where_rows_vanish_without():
+    """One cell on a plane: every row of a free node is the law's, and its multipliers
+    alone know that the first step is not in balance."""
+    blocks = pressed("quadrilateral", 1, None, divisions=(1, 1), lower=1.0)
+    problem = blocks.condensed()
+    blocks.load.value[-1] = -0.1
+    newton(problem, rtol=1e-6)
+    force = blocks.contact.resultant().force
+    support = problem.reactions({"top": blocks.bcs[1]})["top"]
+    np.testing.assert_allclose(force, -support, atol=1e-6 * np.abs(support).max())
+
+
+@pytest.mark.mpi
+def test_a_solve_after_one_that_failed_begins_at_the_restored_state():
+    blocks = pressed("triangle", 1, 0.3)
+    problem, contact = blocks.condensed(), blocks.contact
+    begin = contact.state()
+    blocks.load.value[-1] = -3.0  # cells turn inside out: the logarithm has no value
+    with pytest.raises(ContactError, match="not finite"):
+        newton(problem)
+    contact.restore(begin)
+    blocks.load.value[-1] = -0.03
+    norms = newton(problem)
+    assert len(norms) <= 9 and norms[-1] <= 1e-9 * norms[0]
 
 
 @pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
@@ -131,10 +241,14 @@ def test_dolfinx_newton_solver_slides_small_blocks_with_an_atol_of_their_size():
 
 
 @pytest.mark.mpi
-def test_snes_solves_it():
+@pytest.mark.parametrize("search", ["basic", "bt", "l2"])
+def test_snes_solves_it(search):
     blocks = pressed("triangle", 1, 0.3)
     problem = blocks.condensed()
     snes = PETSc.SNES().create(COMM)
+    snes.setOptionsPrefix(f"dragged_{search}_")
+    PETSc.Options(snes.getOptionsPrefix())["snes_linesearch_type"] = search
+    snes.setFromOptions()
     snes.setTolerances(rtol=1e-11)
     problem.attach(snes)
     snes.getKSP().setType("preonly")

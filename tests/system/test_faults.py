@@ -13,7 +13,7 @@ from squeezing import homogeneous
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import ContactError, compat
-from raymortar.system import coupled
+from raymortar.system import memory
 
 LARGEST_TAG = 2**31 - 1
 
@@ -153,7 +153,7 @@ def test_guess_of_the_matrix_is_less_than_its_size(cell, degree):
     problem = build(two_blocks(COMM, dim, cell, 4, 5), degree)
     contact, A = problem.contact, problem.problem.create_matrix()
     (zone,) = contact.zones
-    guess = COMM.allreduce(coupled.contact_entries(zone, contact.layout.components))
+    guess = COMM.allreduce(memory.contact_entries(zone, contact.layout.components))
     volume = assemble_matrix(problem.problem.a)
     volume.assemble()
     every = PETSc.Mat.InfoType.GLOBAL_SUM
@@ -163,7 +163,7 @@ def test_guess_of_the_matrix_is_less_than_its_size(cell, degree):
 
 
 def test_machine_tells_its_memory():
-    available = coupled.available_memory()
+    available = memory.available_memory()
     assert available is None or 1e6 < available < 1e15
 
 
@@ -173,7 +173,7 @@ def test_matrix_that_cannot_fit_is_refused_on_every_rank(monkeypatch):
     """Before it is allocated; only one rank's machine is short of memory."""
     problem = build(two_blocks(COMM, 2))
     last = COMM.rank == COMM.size - 1
-    monkeypatch.setattr(coupled, "available_memory", lambda: 1000 if last else None)
+    monkeypatch.setattr(memory, "available_memory", lambda: 1000 if last else None)
     with pytest.raises(
         MemoryError, match=r"takes at least .* GB .* 1e-06 GB are avail"
     ):

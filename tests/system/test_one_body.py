@@ -7,7 +7,7 @@ from problems import COMM, DIMENSION, worst
 
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import Coulomb, PointStatus, SNESSolver
+from raymortar import Coulomb, Status, SNESSolver
 
 pytestmark = pytest.mark.mpi
 TAGS = {"bottom": 1, "top": 2, "lower_jaw": 3, "upper_jaw": 4}
@@ -49,7 +49,7 @@ def test_jaws_of_a_clip_meet(cell, friction):
     assert iterations <= 12
     # At single points of facets that do not match; the top goes twice as deep
     gap, status = (contact.points()[name] for name in ("gap", "status"))
-    assert COMM.allreduce(int((status >= PointStatus.STICK).sum())) > 0
+    assert COMM.allreduce(int((status >= Status.STICK).sum())) > 0
     assert worst(np.minimum(gap, 0.0)) <= 0.1 * (UPPER - LOWER)
     force = contact.resultant().force
     held = problem.reactions({"held": body.bcs[:1], "moved": body.bcs[1:]})

@@ -147,7 +147,7 @@ def test_kept_points_are_made_anew_once_asked_for():
     contact.update()
     start = gathered.points(contact)
     lift(case, (0.07, 0.0))
-    contact.update(rays_only=True)
+    contact.update(pair=False)
     kept = gathered.points(contact)
     assert np.array_equal(kept["xi"], start["xi"])
     assert not np.array_equal(kept["eta"], start["eta"])

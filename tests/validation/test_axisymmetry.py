@@ -90,7 +90,7 @@ def test_a_pressed_pair_is_uniform(form, radius, measure, method):
         assert error_of(found, exact) <= 1e-10
     p = gathered.points(found.contact)
     pressure = PRESSURE / (1.0 + grow) ** (2 * current)
-    assert p["pressure"] == pytest.approx(-pressure, rel=1e-9)
+    assert p["pressure"] == pytest.approx(pressure, rel=1e-9)
     turn = np.pi * ((radius + 2.0) ** 2 - radius**2) * (1.0 + grow) ** (2 * current)
     assert p["weight"].sum() == pytest.approx(turn, rel=1e-9)
     resultant = found.contact.resultant()
@@ -124,7 +124,7 @@ def test_hydrostatic_pressure_passes_through_a_cone(form, radius, measure, frict
     assert error_of(found, lambda X: -shrink * X) <= 1e-10
     p = gathered.points(found.contact)
     pressure = PRESSURE / (1.0 - shrink) ** (2 * (measure == "current"))
-    assert p["pressure"] == pytest.approx(-pressure, rel=1e-8)
+    assert p["pressure"] == pytest.approx(pressure, rel=1e-8)
     # Of the cone's surface, seen from above and from the side
     resultant = found.contact.resultant()
     outer, inner = radius + 2.0, radius
@@ -164,7 +164,7 @@ def test_a_large_squeeze_is_homogeneous(radius, measure):
     nominal = mu * (0.8 - 1 / 0.8) + lmbda * np.log(stretch**2 * 0.8) / 0.8
     p = gathered.points(found.contact)
     expected = nominal / stretch ** (2 * (measure == "current"))
-    assert p["pressure"] == pytest.approx(expected, rel=1e-8)
+    assert p["pressure"] == pytest.approx(-expected, rel=1e-8)
 
 
 # Tangents

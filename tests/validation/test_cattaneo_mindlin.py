@@ -80,7 +80,7 @@ def test_tractions_of_the_default_mesh(record_property):
     closed = np.abs(x[normal > 0.01 * demo.P0])
     assert abs(closed.max() - demo.B) < facet
     assert abs(abs(x[np.argmax(along)]) - demo.C) < facet
-    assert (status[np.abs(x) < demo.C - facet] == 1).all()
+    assert (status[np.abs(x) < demo.C - facet] == 2).all()
     assert (along <= demo.FRICTION * normal + 0.02 * demo.P0).all()
 
 

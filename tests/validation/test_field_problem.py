@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
 from fluxes import conduction, field_space, prescribe, press, values_on
-from problems import residual, stack, worst
+from problems import COMM, residual, stack, worst
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from raymortar import (
     Contact,
     ContactError,
@@ -18,6 +21,7 @@ from raymortar import (
     FieldTie,
     Flux,
     NonlinearProblem,
+    Search,
     SetUpError,
     compat,
 )
@@ -147,3 +151,66 @@ def test_what_cannot_work_is_refused():
     )
     with pytest.raises(SetUpError, match="prescribed on all slave nodes"):
         FieldProblem(F, T, tie, [everywhere]).solve()
+
+
+def cylinders(**options):
+    """A heated core, a gap of a tenth of its radius with conduction and radiation, and a
+    cooled vessel: MOOSE's large_gap_heat_transfer_test_rz_cylinder."""
+    core, inner, outer = 1, 2, 3
+    blocks = [
+        Block((80, 1), (0.0, 0.0), (2.0, 1.0), tags={"right": core}, body="core"),
+        Block((40, 1), (2.2, 0.0), (2.7, 1.0), tags={"left": inner, "right": outer}),
+    ]
+    mesh, _, tags = assemble_blocks(COMM, blocks, "quadrilateral")
+    u = fem.Function(compat.vector_space(mesh, 1))
+    T = fem.Function(compat.scalar_space(mesh, 1))
+    T.x.array[:] = 500.0
+    s, r = ufl.TestFunction(T.function_space), ufl.SpatialCoordinate(mesh)[0]
+    turn, at = 2.0 * ufl.pi * r, ufl.Measure("ds", mesh, subdomain_data=tags)
+    source = ufl.conditional(ufl.lt(r, 2.1), 50e3, 0.0)
+    F = 34.6 * ufl.inner(ufl.grad(T), ufl.grad(s)) * turn * ufl.dx
+    F += 10.0 * (T - 300.0) * s * turn * at(outer) - source * s * turn * ufl.dx
+    contact = Contact(
+        u, tags, [(inner, core)], axisymmetric=True, search=Search(reach=0.5)
+    )
+    flux = Flux(contact, T, gap_of_cylinders)
+    problem = FieldProblem(F, T, flux, [], **options)
+    return problem, T
+
+
+def gap_of_cylinders(T_s, T_m, p, g, v, x):
+    r_s, r_m = x[0], x[0] - g
+    share = 1.0 / (1.0 / 0.8 + r_m / r_s * (1.0 / 0.8 - 1.0)) * r_m / r_s
+    by_conduction = 0.1 / (r_s * np.log(r_s / r_m)) * (T_s - T_m)
+    return by_conduction + 5.670367e-8 * share * (T_s**4 - T_m**4)
+
+
+@pytest.mark.mpi
+def test_radiation_takes_full_steps_however_residuals_grow():
+    """By PETSc's own divergence tolerance it would end after one iteration."""
+    problem, T = cylinders()
+    problem.solve()
+    assert problem.iterations <= 7
+    x = T.function_space.tabulate_dof_coordinates()
+    for r, expected in ((2.0, 4598.9464), (2.2, 4595.5949), (2.7, 4003.7037)):
+        found = T.x.array[np.isclose(x[:, 0], r)]
+        np.testing.assert_allclose(found, expected, atol=0.05)
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        (
+            {"snes_max_it": 3},
+            r"largest number of iterations was reached\), .*snes_max_it",
+        ),
+        (
+            {"snes_divergence_tolerance": 1e4},
+            r"divergence tolerance\), .*as it is by default",
+        ),
+    ],
+)
+def test_a_failure_names_its_reason_and_a_remedy(options, words):
+    problem, _ = cylinders(petsc_options=options)
+    with pytest.raises(ConvergenceError, match=words):
+        problem.solve()

@@ -121,7 +121,7 @@ def test_a_flat_punch_in_space(tool, allowed, record_property):
     p = gathered.points(contact)
     r = np.hypot(p["x"][:, 0], p["x"][:, 1])
     inner = r < 0.8 * RADIUS
-    pressure, weight = -p["pressure"][inner], p["weight"][inner]
+    pressure, weight = p["pressure"][inner], p["weight"][inner]
     exact = FORCE / (2.0 * np.pi * RADIUS * np.sqrt(RADIUS**2 - r[inner] ** 2))
     force = -4.0 * contact.resultant().force[2]
     off = np.sqrt(weight @ (pressure - exact) ** 2 / (weight @ exact**2))

@@ -11,7 +11,7 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Friction, NodeStatus
+from raymortar import AugmentedLagrangian, Coulomb, Friction, Status
 
 MU = 0.3
 PRESSED, SLID = 0.05, 0.02
@@ -87,7 +87,7 @@ def test_fields_are_the_values_of_the_nodes(multiplier):
         return
     np.testing.assert_allclose(traction.ravel(), lam, atol=1e-14 * size)
     status = contact.status().x.array
-    slips, sticks = status == NodeStatus.SLIP, status == NodeStatus.STICK
+    slips, sticks = status == Status.SLIP, status == Status.STICK
     force = np.linalg.norm(along, axis=1)
     np.testing.assert_allclose(force[slips], MU * pressure[slips], atol=1e-10 * size)
     slip = np.linalg.norm(contact.slip().x.array.reshape(-1, d), axis=1)

@@ -167,7 +167,7 @@ def test_a_load_presses_a_cylinder(radius, record_property):
     load = 0.25 * np.pi * E_STAR * radius**2  # R = 1
     contact = press_cylinder(radius, load, 8)
     p = gathered.points(contact)
-    x, pressure, weight = p["x"][:, 0], -p["pressure"], p["weight"]
+    x, pressure, weight = p["x"][:, 0], p["pressure"], p["weight"]
     peak = np.sqrt(load * E_STAR / np.pi)
     resultant = contact.resultant()
     assert resultant.force[1] == pytest.approx(-0.5 * load, rel=1e-9)
@@ -202,7 +202,7 @@ def test_a_flat_punch_of_facets(by_force, record_property):
     SNESSolver(found.problem).solve()
     p = gathered.points(found.contact)
     inner = p["x"][:, 0] < 0.8 * a
-    r, pressure, weight = p["x"][inner, 0], -p["pressure"][inner], p["weight"][inner]
+    r, pressure, weight = p["x"][inner, 0], p["pressure"][inner], p["weight"][inner]
     exact = force / (2.0 * np.pi * a * np.sqrt(a**2 - r**2))
     on = found.contact.resultant_on(punch)
     record_property("force", on.force[1] / force - 1.0)

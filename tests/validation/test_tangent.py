@@ -55,7 +55,7 @@ def quiet_taylor(contact, scene, regime, form, seeds=range(40)):
         direction = np.random.default_rng(seed + 1000).normal(size=U.size)
         for first in FIRST_STEPS:
             steps = first * 10.0 ** -np.arange(0.0, DECADES + 0.1, 0.5)
-            contact.update(rays_only=True)
+            contact.update(pair=False)
             remainders = taylor_remainders(contact, K, U, R, direction, steps)
             if remainders is not None:
                 states.residual_at(contact, U + first * direction)

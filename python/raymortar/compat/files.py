@@ -110,7 +110,8 @@ def write_vtk(
     Parameters
     ----------
     filename
-        Path of the ``.pvd`` file; the ``.vtu`` files of the ranks go beside it.
+        Path of the ``.pvd`` file; the ``.vtu`` files of the steps and ranks go into the
+        folder ``<stem>_files`` beside it, which is made.
     mesh
         Mesh of all functions.
     functions
@@ -134,8 +135,8 @@ def write_vtk(
         if append and mesh.comm.rank == 0:
             before = read_collection(path)
     # DOLFINx begins each file anew, with files of the same names beside it
-    step = mesh.comm.bcast(len(before), root=0)
-    own = path.with_name(f"{path.stem}_{step:04d}_.pvd") if step else path
+    step, folder = mesh.comm.bcast(len(before), root=0), folder_of(mesh.comm, path)
+    own = folder / (f"{path.stem}_{step:04d}_.pvd" if step else path.name)
     with writing(mesh.comm, path, RuntimeError, OSError):
         # DOLFINx's object writes once more when it ends
         shown = of_one_degree(functions)
@@ -148,11 +149,20 @@ def write_vtk(
         if degree == 1 or cell_name(mesh) != "hexahedron":
             for part_file in own.parent.glob(f"{own.stem}_p{mesh.comm.rank}_*.vtu"):
                 _set_version_1(part_file)
-        if mesh.comm.rank == 0 and (step or part):
+        if mesh.comm.rank == 0:
             (entry,) = read_collection(own)
-            if own != path:
-                own.unlink()
-            write_collection(path, [*before, entry._replace(part=part)])
+            own.unlink()
+            file = f"{folder.name}/{entry.file}"
+            write_collection(path, [*before, entry._replace(part=part, file=file)])
+
+
+def folder_of(comm: MPI.Comm, path: Path) -> Path:
+    """Make the folder of the files that a collection names. Collective."""
+    folder = path.with_name(f"{path.stem}_files")
+    with writing(comm, path, OSError):
+        if comm.rank == 0:
+            folder.mkdir(exist_ok=True)
+    return folder
 
 
 def _set_version_1(path: Path) -> None:
@@ -173,7 +183,7 @@ def _set_version_1(path: Path) -> None:
 
 
 class Entry(NamedTuple):
-    """A file of a collection, in its folder."""
+    """A file of a collection, by its path from there."""
 
     time: str  # to the digit
     part: int  # number among the files of one time

@@ -24,6 +24,7 @@ from ..interface.slave_nodes import corners_between, rigid_slaves
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
+from .inverted import most_compressed
 from .lost_contact import far_on_springs, loose_bodies, unheld
 
 # Errors that another way, or a smaller step, may cure
@@ -36,6 +37,8 @@ _ENDS = 5
 _ALIKE = 0.02
 # Factor off the automatic coefficient up to which solves hardly suffer
 FAR_OFF = 100.0
+# Halvings from which on more do not help; stretch of cells that may be what stops a path
+ENOUGH, PRESSED = 6, 0.6
 # Ratio of moduli from which the softer side is the better slave (docs/surfaces)
 STIFFER = 10.0
 
@@ -147,10 +150,28 @@ def describe_failure(
     elif not statistics.hits and not diverged:
         proposals = ["a larger reach in Search, if the bodies should touch"]
     else:
-        against = _against_cycles(in_use) if period else ["smaller steps"] * diverged
+        # Steps have been halved already; `what_limits` says what helps
+        smaller = ["LoadSteps, which takes smaller steps"] * (not in_use.steps)
+        against = _against_cycles(in_use) if period else smaller * diverged
         proposals = [*swaps, *against]
     text = "; ".join([text + imbalance, *unheld, *excess, *odd, *sprung])
     return text + (f". Try {one_of(proposals)}" if proposals else "")
+
+
+def what_limits(problem: CoupledProblem, halvings: int) -> list[str]:
+    """Say what limits a path whose last step has diverged after some halvings, from the
+    state before that step. Collective."""
+    if not has_diverged(problem.history) or cycle_length(problem.history, _ALIKE):
+        return []
+    if halvings < ENOUGH:
+        return ["a larger max_halvings allows smaller steps"]
+    stretch, place = most_compressed(problem.contact)
+    if stretch < PRESSED:
+        return [
+            f"cells are pressed to {stretch:.2g} of their length before it, most around "
+            f"the undeformed {place}: to go further, mesh the deformed bodies anew"
+        ]
+    return ["the load may have its maximum here, which control= passes"]
 
 
 def has_diverged(history: Sequence[float]) -> bool:

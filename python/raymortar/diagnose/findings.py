@@ -14,7 +14,7 @@ from ..contact import Contact
 from ..errors import format_point
 from ..interactions import Interaction
 from ..interface.pairs import in_other_order
-from ..interface.point_results import CLOSED, PointStatus
+from ..interface.point_results import CLOSED, Status
 from ..interface.slave_nodes import are_inside_flats, distance_ratio
 from ..interface.stiffness import (
     NO_PRESSURE,
@@ -160,7 +160,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
 def _pressed(zone: ZoneData) -> tuple[float, str]:
     """Find the largest penetration of a pressed point over its facet's size."""
     points, surface = zone.seen_points(), zone.facets.slave_surface
-    pressed = np.flatnonzero((points["pressure"] < 0.0) & (points["gap"] < 0.0))
+    pressed = np.flatnonzero((points["pressure"] > 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return 0.0, ""
     nodes = surface.X[surface.facet_nodes[points["slave"][pressed]]]
@@ -310,7 +310,7 @@ def _turns(contact: Interaction) -> Iterator[Finding]:
     that slides on them: slip is projected there and back [theory (2.9)]. Collective."""
     for number, zone in enumerate(contact.zones):
         points = zone.points()
-        slips = points["status"] == PointStatus.SLIP
+        slips = points["status"] == Status.SLIP
         force = np.abs(points["weight"] * points["pressure"])
         for k, body in enumerate(zone.facets.bodies):
             mine = slips & (points["master"] == k)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations, product
 
 from mpi4py import MPI
@@ -10,6 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..compat import Array
+from ..convergence.balance import largest_by
 from ..discretization.facets import facet_nodes
 from ..discretization.ranks import ends_of, of_all
 from ..discretization.surfaces import Surface
@@ -17,6 +19,7 @@ from ..errors import format_point, warn
 from ..interactions import Interaction
 from ..interface.point_results import OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
+from ..problem import CoupledProblem
 from ..rigid.body import Body
 from ..rigid.turning import rotation_matrix
 from .tools import AROUND, cast
@@ -31,6 +34,15 @@ FAR = 10.0
 # Cosine between a master's normal and the way to the slave nearest to it, below which the
 # slave is behind the master, and not beside its edge
 BEHIND = -0.5
+# After one solve: distance, in sizes of the largest body, and in motions of this solve,
+# beyond which a slave is not on its way to its master
+AWAY, MANY = 2.0, 20.0
+# Motion of a solve of which nothing follows, in sizes of the largest body
+AT_REST = 1e-9
+# Cosine between normals of slave and master above which they do not face each other
+FACING = -0.1
+# Times that a message is about
+ON_PATH, SO_FAR = "on the whole path", "so far"
 # Most of the equally near nodes whose ways are looked at; relative error of a place
 WAYS, ROUNDING = 50, 1e-9
 
@@ -74,40 +86,71 @@ class MastersOnPath:
             if zone.facets.bodies:
                 self._warn_of_tools(start, zone)
             elif has_moved and _is_open(zone):
-                place, distance, is_behind = _nearest(zone, u)
-                if is_behind or not is_met:
+                found = _nearest(zone, u)
+                if found.is_behind or not is_met:
                     zone.met.add(0)  # told once
-                    text = _text_of_facets(zone, place, distance, is_behind)
-                    warn(text, 4)
+                    warn(_text_of_facets(zone, found, ON_PATH))
 
     def _warn_of_tools(self, start: Array, zone: ZoneData) -> None:
         """Warn of the rigid bodies that a slave has not met. Collective."""
         for k, body in enumerate(zone.facets.bodies):
             if body.is_free or k in zone.met:
                 continue
-            slave = zone.facets.slave_surface
-            box = ends_of(slave.X[np.unique(slave.facet_nodes)], self._comm)
-            box = np.pad(box, ((0, 0), (0, 3 - slave.gdim)))
+            box = _box(zone)
             x = self._contact.u.function_space.mesh.geometry.x
             size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
             moved = bool(np.any(body.motion() != start[k]))
             if moved or _distance(body, box.mean(axis=0)) > FAR * size:
-                warn(_text(zone, body, box), 5)
+                warn(_text(zone, body, box, ON_PATH))
 
 
-def warn_of_passed_masters(contact: Interaction) -> None:
-    """Warn, after a solve that is no part of a path, of slaves that were in front of a
-    master out of reach and are behind it now. Collective."""
+def warn_of_missed_masters(problem: CoupledProblem) -> None:
+    """Warn, after a solve that is no part of a path, of slaves that have crossed a master
+    out of reach. Where nothing has been met so far, warn too of slaves that do not face
+    their masters, or are too far off for steps as this one. Collective."""
+    contact = problem.contact
     MastersOnPath(contact).look()
+    waits = any(zone.met for zone in contact.zones)
+    way, size = _way(contact), _largest_body(contact)
+    moves, far = way > AT_REST * size, max(AWAY * size, MANY * way)
     for zone in contact.zones:
-        if not zone.facets.bodies and _is_open(zone):
-            place, distance, is_behind = _nearest(
-                zone, contact.u.x.array, contact.u_old
-            )
-            if is_behind:
+        if zone.facets.bodies:
+            if moves and not (waits or zone.tied):
+                _warn_of_far_tools(zone, far)
+        elif _is_open(zone):
+            found = _nearest(zone, contact.u.x.array)
+            is_off = moves and (not found.faces or found.distance > far)
+            if found.has_crossed(contact.u_old) or (is_off and not waits):
                 zone.met.add(0)  # told once
-                text = _text_of_facets(zone, place, distance, True, "so far")
-                warn(text, 5)
+                warn(_text_of_facets(zone, found, SO_FAR))
+
+
+def _way(contact: Interaction) -> float:
+    """Find the largest motion of a node or of a tool since the accepted step. Length.
+    Collective."""
+    ways = [np.abs(contact.u.x.array - contact.u_old).max(initial=0.0)]
+    for zone in contact.zones:
+        moved = zone.motions.present() - zone.motions.old
+        ways += [float(np.linalg.norm(one[:3])) for one in moved]
+    return float(contact.layout.comm.allreduce(max(ways), op=MPI.MAX))
+
+
+def _largest_body(contact: Interaction) -> float:
+    """Find the diagonal of the largest body's undeformed box. Length. Collective."""
+    bodies, X = contact.bodies, contact.u.function_space.tabulate_dof_coordinates()
+    ends = np.stack([largest_by(bodies.dofs, x, bodies.count) for x in (X, -X)])
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
+    return float(np.linalg.norm(ends.sum(axis=0), axis=1).max())
+
+
+def _warn_of_far_tools(zone: ZoneData, far: float) -> None:
+    """Warn of rigid bodies that are farther from their slave than a length. Collective."""
+    box = _box(zone)
+    for k, body in enumerate(zone.facets.bodies):
+        known = body.is_free or k in zone.met
+        if not known and _distance(body, box.mean(axis=0)) > far:
+            zone.met.add(k)  # told once
+            warn(_text(zone, body, box, SO_FAR))
 
 
 def _is_open(zone: ZoneData) -> bool:
@@ -115,36 +158,75 @@ def _is_open(zone: ZoneData) -> bool:
     return not (zone.met or zone.tied or zone.facets.meets_itself)
 
 
-def _nearest(
-    zone: ZoneData, u: Array, before: Array | None = None
-) -> tuple[Array, float, bool]:
-    """Find the corner of a slave facet that is nearest to one of its masters.
-    Collective.
+@dataclass(frozen=True)
+class Nearest:
+    """The corner of a slave facet that is nearest to one of its masters.
 
-    Returns
-    -------
-    Its place, its distance, and whether it is behind the master; with a displacement
-    before, only if its way from there has crossed the master.
+    Attributes
+    ----------
+    place, distance
+        Of the corner, and from the master. Lengths.
+    is_behind
+        Whether it is behind the master.
+    faces
+        Whether normals of the slave there and of the master are opposed.
     """
+
+    place: Array
+    distance: float
+    is_behind: bool
+    faces: bool
+    zone: ZoneData
+    # Of this rank: local corners of the slave as near as this, and their places
+    _close: Array
+    _x: Array
+    _masters: Array
+
+    def has_crossed(self, before: Array) -> bool:
+        """Whether it is behind the master, and its way from a displacement before has
+        crossed that. Collective."""
+        if not self.is_behind:
+            return False
+        slave, master = self.zone.sides
+        corners, d = len(facet_nodes(master.shape, 1)), self._x.shape[1]
+        facets = self._masters[:, :d].reshape(-1, corners, d)
+        start = _corners(slave, before)[self._close, :d]
+        some = range(0, len(self._close), 1 + len(self._close) // WAYS)
+        crossed = any(_is_crossed(facets, start[i], self._x[i]) for i in some)
+        return bool(self.zone.comm.allreduce(crossed, op=MPI.LOR))
+
+
+def _nearest(zone: ZoneData, u: Array) -> Nearest:
+    """Find the corner of a slave facet that is nearest to one of its masters.
+    Collective."""
     slave, master = (_corners(side, u) for side in zone.sides)
     d = slave.shape[1] // 2
     (masters,) = of_all(zone.comm, master)
-    distances, which = cKDTree(masters[:, :d]).query(slave[:, :d])
+    tree = cKDTree(masters[:, :d])
+    distances, which = tree.query(slave[:, :d])
     distance = zone.comm.allreduce(distances.min(initial=np.inf), op=MPI.MIN)
-    close = np.flatnonzero(distances <= distance * (1.0 + 1e-9))
+    reach = distance * (1.0 + ROUNDING)
+    close = np.flatnonzero(distances <= reach)
     x, other = slave[close, :d], masters[which[close]]
     height = np.einsum("nd,nd->n", x - other[:, :d], other[:, d:])
     (found,) = of_all(zone.comm, np.column_stack([height, x]))
     lowest, *place = min(found.tolist())
-    is_behind = bool(lowest < BEHIND * distance)
-    if is_behind and before is not None:
-        corners = len(facet_nodes(zone.sides[1].shape, 1))
-        facets = masters[:, :d].reshape(-1, corners, d)
-        start = _corners(zone.sides[0], before)[close, :d]
-        some = range(0, len(close), 1 + len(close) // WAYS)
-        crossed = any(_is_crossed(facets, start[i], x[i]) for i in some)
-        is_behind = zone.comm.allreduce(crossed, op=MPI.LOR)
-    return np.array(place), float(distance), is_behind
+    # Facets of a corner have several normals
+    around = tree.query_ball_point(x, reach)
+    cosines = [
+        float((masters[at, d:] @ n).min()) for at, n in zip(around, slave[close, d:])
+    ]
+    least = zone.comm.allreduce(min(cosines, default=1.0), op=MPI.MIN)
+    return Nearest(
+        np.array(place),
+        float(distance),
+        bool(lowest < BEHIND * distance),
+        bool(least < FACING),
+        zone,
+        close,
+        x,
+        masters,
+    )
 
 
 def _is_crossed(facets: Array, begin: Array, end: Array) -> bool:
@@ -176,23 +258,24 @@ def _corners(side: Surface, u: Array) -> Array:
     return np.hstack([x, unit_normals(side, facets, at, of_nodes)])
 
 
-def _text_of_facets(
-    zone: ZoneData,
-    place: Array,
-    distance: float,
-    is_behind: bool,
-    when: str = "on the whole path",
-) -> str:
+def _box(zone: ZoneData) -> Array:
+    """Find the two ends of the box around a slave, (2, 3). Length. Collective."""
+    slave = zone.facets.slave_surface
+    box = ends_of(slave.X[np.unique(slave.facet_nodes)], zone.comm)
+    return np.pad(box, ((0, 0), (0, 3 - slave.gdim)))
+
+
+def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     """Tell where a slave is that has met none of its masters."""
     masters = " or ".join(zone.facets.spoken_masters)
     behind, other = "", "a place, a size or a motion in another unit than the mesh"
-    if is_behind:
+    if found.is_behind:
         behind = "behind it, "
         other = f"has a step gone through the {zone.facets.hit_role}"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
-        f"{behind}{distance:.2g} away, at {format_point(place)}. Is a tag of the pair "
-        f"that of another face, or {other}?"
+        f"{behind}{found.distance:.2g} away, at {format_point(found.place)}. Is a tag of "
+        f"the pair that of another face, or {other}?"
     )
 
 
@@ -205,13 +288,13 @@ def _distance(body: Body, middle: Array) -> float:
     return float(min(along.min(), np.linalg.norm(middle - body.place)))
 
 
-def _text(zone: ZoneData, body: Body, box: Array) -> str:
+def _text(zone: ZoneData, body: Body, box: Array, when: str) -> str:
     """Tell where a body is, and where the slave is that has not met it."""
     gdim = zone.facets.slave_surface.gdim
     places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]
     return (
-        f"the rigid {body.name} has met no facet of {zone.facets.spoken} on "
-        f"the whole path: its centre is at {places[0]}, and the undeformed slave "
+        f"the rigid {body.name} has met no facet of {zone.facets.spoken} "
+        f"{when}: its centre is at {places[0]}, and the undeformed slave "
         f"between {places[1]} and {places[2]}. Is its place, its size or its motion "
         "in another unit than the mesh?"
     )

@@ -13,7 +13,8 @@ from ..rigid.body import LARGEST_TURN
 from .failure import describe
 from .findings import DEEP, UNRESOLVED, deepest_on_tools, findings
 from .lost_contact import lost_contact
-from .missed import warn_of_passed_masters
+from .missed import warn_of_missed_masters
+from .unaccepted import warn_of_unaccepted_solves
 
 # Factor by which a doubt must be worse to be warned of again
 WORSE = 2.0
@@ -34,14 +35,15 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     if problem.part_of.get("steps"):
         return
     doubts = Doubts(problem)
-    doubts.warn(stacklevel=4)
-    doubts.end(stacklevel=4)
+    doubts.warn()
+    doubts.end()
     loss = lost_contact(problem)
     if loss is None:
-        warn_of_passed_masters(problem.contact)
+        warn_of_missed_masters(problem)
     else:
         text = f"converged, but contact is lost: {loss}. Take smaller steps"
-        warn(text, 4)
+        warn(text)
+    warn_of_unaccepted_solves(problem)
 
 
 class Doubts:
@@ -65,11 +67,8 @@ class Doubts:
         if self._found > self._accepted + DEEP:
             raise ContactLost(f"a rigid body jumps into its slave: {text}{UNRESOLVED}")
 
-    def warn(self, stacklevel: int) -> None:
-        """Warn on every rank of the present state, now accepted.
-
-        The level of `warnings.warn` is seen from the caller.
-        """
+    def warn(self) -> None:
+        """Warn of the present state, now accepted. Collective."""
         self._accepted = self._found
         for found in findings(self._problem):
             if found.force is not None:
@@ -81,16 +80,16 @@ class Doubts:
                 remedy = found.remedy()
                 if remedy is not None:
                     text = found.text + remedy
-                    warn(text, stacklevel + 1)
+                    warn(text)
 
-    def end(self, stacklevel: int) -> None:
-        """Warn on every rank of what counts at the largest force of a path, now ended,
+    def end(self) -> None:
+        """Warn of what counts at the largest force of a path, now ended,
         once for all paths of a problem."""
         for zone in self._problem.contact.zones:
             text = self._late.get(("few", id(zone)))
             if text is not None:
                 zone.depends_on_gamma = True
-                warn(text, stacklevel + 1)
+                warn(text)
 
 
 def _turned_too_far(contact: Interaction) -> str | None:

@@ -297,7 +297,6 @@ def check_revolved(bodies: Sequence[Body]) -> None:
                 f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
                 "no ball, but a solid with a tip or a dimple on the axis. A ball has "
                 "its centre at r = 0",
-                2,
             )
 
 
@@ -338,5 +337,4 @@ def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
         warn(
             "axisymmetric=True, but the form resists no growth of the radius: it needs "
             "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
-            2,
         )

@@ -260,16 +260,14 @@ _MESSAGE = (
 )
 
 
-def warn_of_inertia(
-    F: Sequence[Any], functions: Sequence[Function], stacklevel: int
-) -> None:
+def warn_of_inertia(F: Sequence[Any], functions: Sequence[Function]) -> None:
     """Warn where residuals of displacements seem to have inertia. The level of
     `warnings.warn` is seen from the caller."""
     for form, f in zip(F, functions):
         other = _earlier_state(form, f)
         if other is not None:
             text = _MESSAGE.format(u=f.name, other=other.name)
-            warn(text, stacklevel + 1)
+            warn(text)
             return
 
 

@@ -47,6 +47,8 @@ class CoupledRows:
         Rigid bodies that are free.
     body_rows
         Global rows of the unknowns of each of these, int64.
+    more_than_forms
+        Whether any rank has rows of multipliers or free rigid bodies.
     made_values
         `values` of the present rows, once they have been asked for.
     """
@@ -85,7 +87,8 @@ class CoupledRows:
         self.size = self.n + multipliers + sum(len(b.freedom) for b in self.own_bodies)
         mine = self.size, self.size - self.n
         sizes = np.array(self.comm.allgather(mine), dtype=np.int64)
-        self._more_than_forms = bool(sizes[:, 1].any())
+        self.more_than_forms = bool(sizes[:, 1].any())
+        self._form_ranges = np.cumsum([0, *(sizes[:, 0] - sizes[:, 1])])
         ends = np.cumsum(sizes[:, 0])
         self.ranges = np.concatenate([np.zeros(1, dtype=np.int64), ends])
         self.begin = int(self.ranges[self.comm.rank])
@@ -121,6 +124,21 @@ class CoupledRows:
         """Zero vector over the coupled rows."""
         return PETSc.Vec().createMPI((self.size, None), comm=self.comm)
 
+    def create_form_vector(self) -> PETSc.Vec:
+        """Zero vector over the rows of the forms, with DOLFINx's layout and ghosts: of
+        several unknowns that of its block vectors. Collective."""
+        starts = self.unknowns.owned_starts
+        sizes = [len(f.x.array) for f in self.unknowns.functions]
+        of_each = np.split(self.rows, np.cumsum(sizes)[:-1])
+        ghosts = np.concatenate(
+            [rows[owned:] for rows, owned in zip(of_each, np.diff(starts))]
+        )
+        rank = np.searchsorted(self.ranges, ghosts, side="right") - 1
+        ghosts += self._form_ranges[rank] - self.ranges[rank]
+        bs = self._bs if self.unknowns.is_plain else 1
+        blocks = (ghosts[::bs] // bs).astype(PETSc.IntType)
+        return PETSc.Vec().createGhost(blocks, (self.n, None), bs, comm=self.comm)
+
     def create_matrix(self) -> PETSc.Mat:
         """Empty AIJ matrix whose local-to-global map covers the unknowns of the forms."""
         A = PETSc.Mat().create(self.comm)
@@ -128,7 +146,7 @@ class CoupledRows:
         A.setType(PETSc.Mat.Type.AIJ)
         # Multigrid needs to know which rows belong to one node. Rows of multipliers and
         # rigid bodies fit into no block
-        plain = not self._more_than_forms and self.unknowns.is_plain
+        plain = not self.more_than_forms and self.unknowns.is_plain
         bs = self._bs if plain else 1
         A.setBlockSize(bs)
         blocks = (self.rows[::bs] // bs).astype(PETSc.IntType)

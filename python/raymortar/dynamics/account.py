@@ -100,7 +100,6 @@ class Account:
         each, at the last update. Collective."""
         contact, b = self._problem.contact, self._problem.create_vector()
         contact.assemble_vector(b)
-        b.assemble()
         of_contact = b.array_r[: contact.layout.n].copy()
         b.destroy()
         return self._volume.forces(self._problem.bcs), of_contact

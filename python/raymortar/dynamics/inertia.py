@@ -151,8 +151,7 @@ class Inertia:
                 f'mass="{self.mass}" puts {1.0 - self._moving:.2g} of the mass that is '
                 "free to move on nodes that conditions hold, where it has no inertia: "
                 "mesh a thin body that is held with more cells across, or take "
-                'mass="consistent"',
-                5,
+                'mass="consistent"'
             )
 
     def _comm_any(self, marks: Mask) -> bool:

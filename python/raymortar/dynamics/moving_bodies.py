@@ -176,7 +176,6 @@ class MovingBodies:
             return
         b, layout = contact.create_vector(), contact.layout
         contact.assemble_vector(b)
-        b.assemble()
         for body, spin in zip(self.bodies, self._spins):
             freedom, m = body.freedom, body.masses
             found = np.zeros(len(freedom))

@@ -22,7 +22,14 @@ from ..discretization.surfaces import Bodies, find_bodies
 from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, format_point, require_agreement, spoken_tag, together
+from ..errors import (
+    ContactError,
+    format_point,
+    require_agreement,
+    speak_on,
+    spoken_tag,
+    together,
+)
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body
 from .coefficients import Interfaces
@@ -213,6 +220,7 @@ def checked(
     with together(mesh.comm):
         unknowns = Unknowns(u)
     keep_communicator(mesh)
+    speak_on(mesh.comm)
     with together(mesh.comm):
         options.check()
         known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)

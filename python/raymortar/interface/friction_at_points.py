@@ -110,7 +110,6 @@ def warn_of_wrong_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -
         warn(
             f"Friction.derivatives: {text}. Newton's method takes more iterations, or "
             "fails: correct them, or leave them out",
-            2,
         )
 
 
@@ -201,7 +200,7 @@ class ClosedPoints:
     def sample(self) -> Sample:
         """Collect pressures, slip rates and further arguments."""
         points, surface = self._points, self._zone.facets.slave_surface
-        p = np.maximum(-points["pressure"][self.closed], 0.0)
+        p = np.maximum(points["pressure"][self.closed], 0.0)
         v = np.linalg.norm(points["slip"][self.closed], axis=1) / self._dt
         nodes = surface.X[surface.facet_nodes[self._facet[:1]]]
         size = float(np.linalg.norm(np.ptp(nodes, axis=1)))

@@ -72,7 +72,7 @@ class Offsets:
         found = [self._excess_on(zone) for zone in self._zones]
         before, self.excess = self.excess, "; ".join(filter(None, found)) or None
         if self.excess is not None and before is None:
-            warn(self.excess, 3)
+            warn(self.excess)
         for zone in self._zones:
             zone.send_offset()
 
@@ -194,7 +194,7 @@ class Augmentation:
         where gaps are closed: then it returns None.
         """
         found = Function(self._values.function_space)
-        nodal_average(self._zones, lambda p: p["pressure"] / p["gamma"], found)
+        nodal_average(self._zones, lambda p: -p["pressure"] / p["gamma"], found)
         # No point around the node has a hit
         values = np.nan_to_num(found.x.array)
         change = largest(self._comm, np.abs(values - self.array)) / self._size

@@ -72,7 +72,7 @@ def warn_of_overlap(surfaces: ContactSurfaces, pairs: Sequence[Pair]) -> None:
         else:
             messages, remedy = _in_meshes(zone, own, surfaces), _REMEDY
         for text in messages:
-            warn(f"{text}, {remedy}", 4)
+            warn(f"{text}, {remedy}")
 
 
 def _in_meshes(

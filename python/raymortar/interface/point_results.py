@@ -23,37 +23,27 @@ from ..discretization.surfaces import Surface
 from .zone_data import ZoneData
 
 
-class PointStatus(IntEnum):
-    """Status of an integration point: ``Contact.points()["status"]``.
+class Status(IntEnum):
+    """Status of an integration point or of a slave node, in results and in files.
 
-    >>> slips = points["status"] == PointStatus.SLIP
+    >>> slips = points["status"] == Status.SLIP
     """
 
     NO_HIT = 0
-    """Its ray meets no master, or it stands for an uncovered part of a facet."""
+    """No master is in reach: see ``Contact.coverage()`` too. Of a point also where it
+    stands for an uncovered part of a facet; of a node also off the slave."""
     OPEN = 1
-    """Its ray meets a master that it does not touch."""
+    """A master is in reach, and not touched."""
     STICK = 2
     """In contact, without slip in this step."""
     SLIP = 3
-    """In contact, and slips; without friction every point in contact."""
-
-
-class NodeStatus(IntEnum):
-    """Status of a slave node: values of the Function ``Contact.status()``."""
-
-    OPEN = 0
-    """Not in contact, or without a master in reach: see ``Contact.coverage()``."""
-    STICK = 1
-    """In contact, without slip in this step."""
-    SLIP = 2
-    """In contact, and slips; without friction every node in contact."""
+    """In contact, and slips; without friction all that is in contact."""
 
 
 # Takes the arrays over the points of a zone
 OfPoints = Callable[[dict[str, Array]], Any]
 # Plain numbers; from CLOSED on a point is in contact
-OPEN, CLOSED = int(PointStatus.OPEN), int(PointStatus.STICK)
+OPEN, CLOSED = int(Status.OPEN), int(Status.STICK)
 
 
 def along_normal(points: dict[str, Array], vectors: Array) -> Array:
@@ -148,7 +138,7 @@ def one_of_each(zone: ZoneData) -> tuple[Indices, Indices]:
 
 def nodes(zone: ZoneData) -> dict[str, Any]:
     """Arrays over the nodes of a zone: the law's results, a facet and place of each."""
-    found: dict[str, Any] = zone.cpp.nodes()
+    found: dict[str, Any] = zone.nodes()
     facet, number = one_of_each(zone)
     places = facet_nodes(zone.facets.slave_surface.shape, zone.multiplier_degree)
     return found | {"slave": facet, "xi": places[number]}
@@ -166,7 +156,7 @@ def tractions(zone: ZoneData, multiplier: Function) -> dict[str, Any]:
 def largest_pressure(zone: ZoneData, points: dict[str, Array], of: Any) -> float:
     """Find the largest pressure at some points, of dual multipliers at the nodes of their
     facets."""
-    values = -points["pressure"][of]
+    values = points["pressure"][of]
     if zone.dual_multiplier is not None:
         around = np.unique(zone.multiplier_table[points["slave"][of]])
         at_nodes = pressures(tractions(zone, zone.dual_multiplier))

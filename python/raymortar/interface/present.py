@@ -90,7 +90,7 @@ class PresentState:
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
         self.updates, self.updates_for_room, self.revision = 0, 0, 0
-        self.steps = 0  # accepted so far
+        self.steps = self.returns = 0  # accepted, and gone back to, so far
 
     @property
     def followers(self) -> list[Follower]:
@@ -286,6 +286,7 @@ class PresentState:
 
     def restored(self) -> None:
         """Take over the arrays of a state, which have been written."""
+        self.returns += 1
         self._unknowns.pull()
         self._is_sent = False
         self.note_change()

@@ -189,7 +189,6 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
             f"{len(places)} node(s), for example at {format_point(places[0], places)}: one "
             "multiplier there is not the traction of two faces. Give each face a tag, "
             "and a Tie of its own",
-            4,
         )
 
 
@@ -258,7 +257,6 @@ def warn_of_finer_rigid_slaves(
             f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} times as "
             "close as those of its master, which may not balance so many tractions: "
             f"{remedy}",
-            4,
         )
 
 

@@ -93,7 +93,6 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
                 "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are "
                 "merely noisy, contact.adjust(within=...) makes what is nearer than a "
                 "length just touch",
-                4,
             )
 
 
@@ -109,7 +108,6 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
                 f"by {np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
                 f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
                 "mesh and a displacement of degree 2",
-                4,
             )
             return True
     return False

@@ -50,7 +50,7 @@ class MasterTags:
 
         Slave and master facets that have met are the zone's ``pairs``.
         """
-        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        hit = points["status"] > 0  # of `Status`: its ray meets a master
         number = np.where(hit, 0, -1).astype(np.int32)
         if self._rigid:
             number[hit] = points["master"][hit]
@@ -173,12 +173,16 @@ class ZoneData:
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `Contact.points`."""
-        points = self.cpp.points()
+        points = _pressed(self.cpp.points())
         points["gap"] -= self.at_points(self.augmentation, points)  # no gap
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
         return points
+
+    def nodes(self) -> dict[str, Array]:
+        """Arrays over the nodes at which the law holds."""
+        return _pressed(self.cpp.nodes())
 
     def seen_points(self) -> dict[str, Array]:
         """Return `points` with tractions to show, whose integrals are the same.
@@ -190,7 +194,7 @@ class ZoneData:
         if self.dual_multiplier is None:
             return points
         surface, degree = self.facets.slave_surface, self.multiplier_degree
-        hit = points["status"] > 0  # of `PointStatus`: its ray meets a master
+        hit = points["status"] > 0  # of `Status`: its ray meets a master
         values = self.dual_multiplier.x.array.reshape(-1, surface.gdim)
         nodal = values[self.multiplier_table[points["slave"][hit]]]
         if degree == 2:  # Bernstein polynomials, by their values at the nodes
@@ -198,7 +202,7 @@ class ZoneData:
         t = interpolate(surface.shape, degree, nodal, points["xi"][hit])
         points["dual"] = points["traction"].copy()
         points["traction"][hit] = t
-        points["pressure"][hit] = dot(t, points["contact_normal"][hit])
+        points["pressure"][hit] = -dot(t, points["contact_normal"][hit])
         return points
 
     def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:
@@ -322,3 +326,9 @@ def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     way = mine[:, :-1] - x
     gap = np.einsum("nd,nd->n", way, n)
     return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
+
+
+def _pressed(found: dict[str, Any]) -> dict[str, Any]:
+    """Let the law's normal tractions be pressures, positive in compression."""
+    found["pressure"] = 0.0 - found["pressure"]  # zero has no sign
+    return found

@@ -188,7 +188,6 @@ def _warn_of_facets(dofs: Indices, V: Any) -> None:
             f"where has {inside} dof(s) inside the bodies, and all its numbers are those "
             "of facets on the boundary: for the nodes of facets give "
             "fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
-            2,
         )
 
 

@@ -171,7 +171,6 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     contact, vector = problem.contact, problem.create_vector()
     volume = _volume_forces(problem)
     contact.assemble_vector(vector)
-    vector.assemble()
     rows = vector.getArray(readonly=True)[: contact.layout.n]
     tractions = rows[contact.unknowns.u_owned].copy()
     vector.destroy()

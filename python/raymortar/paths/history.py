@@ -73,7 +73,7 @@ class History:
         Functions without argument that give a number, by the name of their column.
         Every rank calls them, and rank 0 gives the number.
     patches
-        Whether the area in contact, the centre of pressure and the peak pressure of
+        Whether the area in contact, the centre of pressure and the largest pressure of
         each slave surface and each named pair are columns.
     axes
         Axes by name: in 3D a point and a direction, in 2D a point. Of each, the torque
@@ -109,7 +109,7 @@ class History:
           ``rotation_<name>_x``: its motion; ``work_<name>``: its work on the slaves so
           far, by the mean of each step's forces. In 2D ``moment_<name>`` and
           ``rotation_<name>`` are numbers;
-        - ``area_0``, ``centre_0_x``, ..., ``peak_0`` (`patches`; NaN where nothing
+        - ``area_0``, ``centre_0_x``, ..., ``max_pressure_0`` (`patches`; NaN where nothing
           presses), ``torque_<axis>_0`` (`axes`): of surfaces and pairs, as forces are;
           ``work_<name>`` (`works`): so far, by the mean of each step's forces at each
           node;

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, what_limits
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
@@ -268,7 +268,7 @@ class LoadSteps:
             self._reached()
             problem.evaluate()
             masters.look()
-            doubts.warn(stacklevel=3)
+            doubts.warn()
             balance = ways.balance
             released = None if balance is None else balance.released
             if balance is not None and balance.has_snapped and not snapped:
@@ -280,7 +280,7 @@ class LoadSteps:
                     "free, and without inertia its end is one of several. Smaller steps "
                     "narrow both; control= follows the path of equilibria"
                 )
-                warn(text, 3)
+                warn(text)
             if self.history is not None:
                 self.history.record(path.time, iterations, self.halvings)
             if self.output is not None:
@@ -304,12 +304,12 @@ class LoadSteps:
             )
         ways.finish()
         masters.warn()
-        doubts.end(stacklevel=3)
+        doubts.end()
         for one in contact.contacts:
             for follower in one.assembly.present.followers:
                 text = follower.path_ended()
                 if text is not None:
-                    warn(text, 3)
+                    warn(text)
 
     # Parts of a step
 
@@ -333,7 +333,7 @@ class LoadSteps:
                     f"{body.velocity} of the rigid {body.name}: dynamics.TimeSteps takes "
                     "it, and Body.move prescribes a motion"
                 )
-                warn(text, 4)
+                warn(text)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""
@@ -381,6 +381,8 @@ class LoadSteps:
         texts += more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
+            if self.control is None:
+                texts += what_limits(self._problem, self.max_halvings)
         return ConvergenceError(
             f"{failed} after {self.max_halvings} halvings of the step: "
             f"{'; '.join(map(str, texts))}"

@@ -14,7 +14,7 @@ from mpi4py import MPI
 from dolfinx.fem import Function
 
 from .. import compat
-from ..compat.files import Entry, read_collection, write_collection
+from ..compat.files import Entry, folder_of, read_collection, write_collection
 from ..discretization.joined import parts_of
 from ..errors import (
     ContactError,
@@ -186,7 +186,8 @@ class Output:
         `update` sets their values.
     segments
         Whether segments and integration points are written too, as series
-        ``<stem>_segments.pvd`` and ``<stem>_points.pvd``.
+        ``<stem>_segments.pvd`` and ``<stem>_points.pvd``. All files that the series
+        name are in the folder ``<stem>_files``.
     update
         Called on every rank before a step is written, when it is solved and not yet
         accepted.
@@ -279,7 +280,8 @@ class Output:
     def _write_segments(self, time: float) -> None:
         """Write segments and points of this step, and add them to their series."""
         series = [f"{self.path.stem}_{what}" for what in ("segments", "points")]
-        file = self.path.with_name(f"{series[0]}_{self.steps:04d}.vtu")
+        folder = folder_of(self._comm, self.path)
+        file = folder / f"{series[0]}_{self.steps:04d}.vtu"
         self.problem.contact.write_segments(file)
         ending = ".vtu" if self._comm.size == 1 else ".pvtu"
         for stem, name in zip(series, (file.stem, f"{file.stem}_points")):
@@ -287,7 +289,8 @@ class Output:
             with writing(self._comm, path, OSError):
                 if self._comm.rank == 0:
                     before = read_collection(path) if self.steps else []
-                    entry = Entry(repr(float(time)), 0, name + ending)
+                    place = f"{folder.name}/{name}{ending}"
+                    entry = Entry(repr(float(time)), 0, place)
                     write_collection(path, [*before, entry])
 
 

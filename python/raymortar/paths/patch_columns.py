@@ -27,28 +27,28 @@ Columns = Iterator[tuple[list[str], Callable[[], Any]]]
 
 
 def patch_columns(problem: CoupledProblem, parts: Sequence[Part]) -> Columns:
-    """Yield area, centre of pressure and peak pressure of surfaces and pairs."""
+    """Yield area, centre and largest of the pressure of surfaces and pairs."""
     zones = problem.contact.zones
     axes = "xyz"[: zones[0].facets.slave_surface.gdim]
     for label, zone, master, _ in parts:
         names = [f"area_{label}", *(f"centre_{label}_{x}" for x in axes)]
         find = partial(_patch, zones[zone], master)
-        yield [*names, f"peak_{label}"], find
+        yield [*names, f"max_pressure_{label}"], find
 
 
 def _patch(zone: ZoneData, master: int | None) -> Array:
-    """Find area, centre and peak of the pressure, NaN where nothing presses.
+    """Find area, centre and largest of the pressure, NaN where nothing presses.
     Collective."""
     points = zone.points()
     closed = points["status"] >= CLOSED
     if master is not None:
         closed &= zone.masters_of(points) == master
     area, x, p = (points[name][closed] for name in ("weight", "x", "pressure"))
-    sums = np.array([area.sum(), -(area @ p), *(-(area * p) @ x)])
+    sums = np.array([area.sum(), area @ p, *((area * p) @ x)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
-    peak = zone.comm.allreduce(largest_pressure(zone, points, closed), op=MPI.MAX)
+    largest = zone.comm.allreduce(largest_pressure(zone, points, closed), op=MPI.MAX)
     centre = sums[2:] / sums[1] if sums[1] > 0.0 else np.full(len(sums) - 2, np.nan)
-    return np.array([sums[0], *centre, peak])
+    return np.array([sums[0], *centre, largest])
 
 
 def checked_axes(problem: CoupledProblem, axes: Any) -> dict[str, tuple[Array, Array]]:

@@ -15,7 +15,7 @@ import numpy as np
 from ..compat import Array, Mask
 from ..discretization.facets import shape_functions
 from ..discretization.surfaces import surface_areas
-from ..interface.point_results import PointStatus
+from ..interface.point_results import Status
 from ..interface.zone_data import ZoneData
 from ..options.friction import Stick
 from ..terms import Term
@@ -192,13 +192,13 @@ def _contact_at_nodes(at: _Softened) -> dict[str, Any]:
     points here, weighted by their areas times the square of the node's function."""
     zone = at.zone
     if at.is_nodal:
-        found: dict[str, Any] = zone.cpp.nodes()
+        found: dict[str, Any] = zone.nodes()
         status = found["status"]
-        found["closed"] = 1.0 * (status >= PointStatus.STICK)
-        found["sticks"] = 1.0 * (status == PointStatus.STICK)
+        found["closed"] = 1.0 * (status >= Status.STICK)
+        found["sticks"] = 1.0 * (status == Status.STICK)
         return found
     points = zone.cpp.points()
-    hit = points["status"] >= PointStatus.OPEN
+    hit = points["status"] >= Status.OPEN
     status, table = points["status"][hit], np.asarray(zone.multiplier_table)
     shape, degree = zone.facets.slave_surface.shape, zone.multiplier_degree
     N, _ = shape_functions(shape, degree, points["xi"][hit])
@@ -206,8 +206,8 @@ def _contact_at_nodes(at: _Softened) -> dict[str, Any]:
     nodes = np.searchsorted(zone.multiplier_nodes, table[points["slave"][hit]])
     columns = [
         np.ones((len(status), 1)),
-        1.0 * (status >= PointStatus.STICK)[:, None],
-        1.0 * (status == PointStatus.STICK)[:, None],
+        1.0 * (status >= Status.STICK)[:, None],
+        1.0 * (status == Status.STICK)[:, None],
         points["gamma"][hit, None],
         points["contact_normal"][hit],
     ]

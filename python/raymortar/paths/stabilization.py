@@ -225,7 +225,6 @@ class Stabilization:
                 f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
                 f"more than {self.share:.1e} of its forces drives it. Viscous forces hold "
                 "it from here on; prescribe it if the place matters",
-                3,
             )
         return iterations
 

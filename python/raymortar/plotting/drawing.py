@@ -132,10 +132,10 @@ def draw_surface(
 
     scale = norm or mpl.colors.Normalize(min(0.0, values.min()), values.max())
     colours = mpl.colormaps[STRESS_MAP](scale(values))
-    normals = np.cross(
-        polygons[:, 1] - polygons[:, 0], polygons[:, -1] - polygons[:, 0]
-    )
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    spokes = polygons - polygons[:, :1]
+    normals = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
+    sizes = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals /= np.where(sizes > 0.0, sizes, 1.0)
     # The normal may point either way: light the side that the eye sees
     light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
     colours[:, :3] *= (0.65 + 0.35 * light)[:, None]

@@ -14,7 +14,14 @@ from ..compat import Array
 from ..errors import ContactError, raise_everywhere, together
 from ..interface import point_results as at_points
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import OPEN, OfPoints, set_at_nodes, tractions
+from ..interface.point_results import (
+    CLOSED,
+    OPEN,
+    OfPoints,
+    Status,
+    set_at_nodes,
+    tractions,
+)
 from ..interface.present import PresentState
 from ..options.friction import Law
 
@@ -178,7 +185,7 @@ class NodalFields:
         Examples
         --------
         >>> points = contact.points()
-        >>> shear = np.linalg.norm(points["traction"], axis=1) + points["pressure"]
+        >>> shear = np.linalg.norm(points["traction"], axis=1) - points["pressure"]
         >>> contact.to_nodes(shear, "shear")
         """
         each = [values] if isinstance(values, np.ndarray) else values
@@ -201,15 +208,19 @@ class NodalFields:
         )
 
     def status(self) -> Function:
-        """`NodeStatus` of the slave nodes: 0 open or no hit, 1 stick, 2 slip. Collective.
+        """`Status` of the slave nodes: 0 no hit, 1 open, 2 stick, 3 slip. Collective.
 
-        Contact without friction is slip. The average over the points around each node,
-        rounded. Numbers are one less than those of `PointStatus`, which tells points
-        without hit from open ones.
+        The numbers of ``points()["status"]``. Contact without friction is slip. A law at
+        points gives a node what most of the area around it does. Zero off the slave.
         """
-        # Nodes of a law at nodes may have no hit
-        f = self._of_law("status", lambda at: np.maximum(at["status"] - OPEN, 0))
-        f.x.array[:] = np.round(f.x.array)
+        if self.surfaces.zones[0].has_law_at_nodes:
+            return self._of_law("status", lambda at: at["status"])
+        f = self._average("status", lambda at: at["status"] >= CLOSED, False, np.nan)
+        slips = self._average("slips", lambda at: at["status"] == Status.SLIP).x.array
+        closed = f.x.array
+        cases = np.isnan(closed), closed < 0.5, slips < 0.5 * closed
+        numbers = [float(s) for s in (Status.NO_HIT, Status.OPEN, Status.STICK)]
+        f.x.array[:] = np.select(cases, numbers, float(Status.SLIP))
         return f
 
     def coverage(self) -> Function:

@@ -171,8 +171,8 @@ class PointResults:
         - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
         - ``gap``: of the law, with the offset; negative in penetration. Length
         - ``distance``: slave to master along the normal, without the offset. Length
-        - ``pressure``: pressure of the law, **negative in compression**, 0 where it
-          is open. Traction
+        - ``pressure``: pressure of the law, positive in compression, 0 where it is
+          open. Traction
         - ``traction`` (n, d): what acts on the slave, in global coordinates. With
           ``multiplier="dual"`` both are interpolated from the nodes' values
           [theory (4.35)], and not zero at open points beside closed ones
@@ -180,7 +180,7 @@ class PointResults:
           slave's tangent plane; ``closing``: how much of an open gap has closed since
           then; ``accumulated_slip``: length of the slip of all accepted steps. Length
         - ``gamma``: coefficient of the law. Traction per length
-        - ``status``: a `PointStatus`
+        - ``status``: a `Status`
         - ``weight``: area for which a point stands, by `measure`, of a full turn if the
           contact is axisymmetric: sums over points are integrals. **Negative** at points
           without hit that take from a whole facet what its segments cover. ``area``:
@@ -263,7 +263,6 @@ class PointResults:
             warn(
                 "nothing has been solved yet: contact forces are those of the start, "
                 "zero but for a penalty's in overlaps",
-                3,
             )
 
     def write_segments(self, path: str | Path) -> None:

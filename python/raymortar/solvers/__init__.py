@@ -63,7 +63,5 @@ def __getattr__(name: str) -> Any:
     """Look up a name that goes in the next release, with a warning."""
     if name != "SPRINGS":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warn(
-        "raymortar.solvers.SPRINGS has no use any more: it goes in the next release", 2
-    )
+    warn("raymortar.solvers.SPRINGS has no use any more: it goes in the next release")
     return 10.0

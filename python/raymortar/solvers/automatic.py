@@ -94,7 +94,6 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
         warn(
             f"iterative({multigrid!r}) is iterative('bodies'), which takes no longer: its "
             "name goes in the next release",
-            2,
         )
     elif multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
@@ -180,7 +179,6 @@ class SolverWithFallback(InnerSolvers):
                 f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
                 f"{self.krylov.getConvergedReason()}): the direct one takes over "
                 f"{until}",
-                1,
             )
             self.krylov.reset()
         self._solve_directly(ksp, b, x)

@@ -97,7 +97,6 @@ class PetscOptions:
                 f"nothing has read the PETSc option(s) {names}: they are misspelt, or for "
                 "a type of solver that is not in use. Names have no dash and no prefix, "
                 "as 'snes_rtol', 'ksp_rtol', 'pc_type'",
-                level + 1,
             )
 
     def configure(self, thing: Any) -> None:

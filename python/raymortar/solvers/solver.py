@@ -167,7 +167,6 @@ class CoupledSolver(ABC):
         warn(
             f"an exact penalty has changed gaps by {change:.1e} of a facet in the last "
             f"of {MOST_AUGMENTATIONS} solves: a larger gamma converges faster",
-            3,
         )
         return iterations
 
@@ -328,6 +327,5 @@ def FixedPointSolver(solver: CoupledSolver, max_outer: int = 20) -> CoupledSolve
     warn(
         "FixedPointSolver(solver) is the solver itself, which takes no longer: its name "
         "goes in the next release",
-        2,
     )
     return solver

@@ -243,7 +243,7 @@ class ContactAssembly:
             raise ContactError(text)
         is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
         if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it", 4)
+            warn(f"{text}, as Newton's method may fail with it")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

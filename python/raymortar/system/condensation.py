@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 from petsc4py import PETSc
@@ -50,6 +48,39 @@ def scale(matrix: PETSc.Mat, left: Array | None, right: Array | None) -> None:
     of_columns.array[:] = 1.0 if right is None else right
     matrix.diagonalScale(of_rows, of_columns)
     destroy(of_rows, of_columns)
+
+
+@dataclass
+class Newton:
+    """Multipliers of Newton's method between two tangents [theory (4.37)]. Collective.
+
+    Attributes
+    ----------
+    lam
+        Owned multipliers at the place of the last tangent.
+    x
+        That place: the user's owned unknowns. None: no tangent yet.
+    change
+        What a whole step adds to multipliers where displacements stay.
+    by_x
+        Derivatives of the multipliers by the user's unknowns.
+    share
+        Its product with a motion is the share of the step that this is.
+    """
+
+    lam: Array
+    x: Array | None = None
+    change: Array | None = None
+    by_x: PETSc.Mat | None = None
+    share: Array | None = None
+
+    def at(self, x: Array) -> Array:
+        """Owned multipliers where the user's owned unknowns are x."""
+        if self.x is None:
+            return self.lam
+        way = x - self.x
+        done = self.by_x.comm.tompi4py().allreduce(float(self.share @ way))
+        return self.lam + done * self.change + product(self.by_x, way)
 
 
 @dataclass
@@ -224,42 +255,30 @@ class Condensation:
 
     # Equations
 
-    @contextmanager
-    def eliminating(self) -> Iterator[None]:
-        """Make rows of the law those of eliminated multipliers."""
-        zones = [zone for part in self._system.parts for zone in part.zones]
-        for zone in zones:
-            zone.cpp.set_eliminated(True)
-        try:
-            yield
-        finally:
-            for zone in zones:
-                zone.cpp.set_eliminated(False)
+    def change(self, b: Array, lam: Array) -> Array:
+        """Find how multipliers have to change to balance slave nodes, from the residual of
+        all unknowns [theory (4.30)]: those of held nodes extend the others. Collective.
+        """
+        found = self._by_force * product(self.tests, b[: self.n]) + self._found * lam
+        if self._extends is not None:
+            found = product(self._extends, found)
+        return found - lam
 
-    def multipliers(self, forces: Array) -> Array:
-        """Unknowns of the owned multipliers that balance rows of the user's form."""
-        found = self._by_force * product(self.tests, forces)
-        return found if self._extends is None else product(self._extends, found)
+    def unbalance(self, b: Array) -> float:
+        """Norm of the forces on slave nodes, of a residual of all unknowns. Collective."""
+        forces = self._found * product(self.tests, b[: self.n])
+        return float(np.sqrt(self._comm.allreduce(float(forces @ forces))))
 
     def residual(self, b: Array) -> Array:
-        """Rows of the user's unknowns from the residual of all, where slave rows are
-        balanced."""
+        """Rows of the user's unknowns from those of all, which multipliers are eliminated
+        from [theory (4.31)]. Collective."""
         by_law = self._by_law * b[self.n :]
         return self._keeps * b[: self.n] + product(self._law, by_law)
 
-    def lifted(self, b: Array, A: PETSc.Mat) -> Array:
-        """Condense where prescribed increments are lifted, so that slave rows are not
-        balanced: by the tangent of all."""
-        of_u, of_lam = self._parts(A, (1,))[0], self._parts(A, (3,))[0]
-        change = self.multipliers(b[: self.n])
-        whole = b + np.concatenate([product(of_u, change), product(of_lam, change)])
-        destroy(of_u, of_lam)
-        return self.residual(whole)
-
-    def tangent(self, A: PETSc.Mat) -> tuple[PETSc.Mat, Eliminated]:
-        """Matrix of the user's unknowns from the tangent of all: a new one, and what it
-        had of multipliers."""
-        uu, ul, lu, ll = self._parts(A, range(4))
+    def tangent(self, A: PETSc.Mat) -> tuple[PETSc.Mat, PETSc.Mat, Eliminated]:
+        """Matrix of the user's unknowns from the tangent of all, and derivatives of
+        multipliers by these unknowns, both new; and what was eliminated. Collective."""
+        uu, ul, lu, ll = self._parts(A)
         change = self.tests.matMult(uu)
         scale(change, self._by_force, None)
         if self._extends is not None:
@@ -275,8 +294,8 @@ class Condensation:
             rows.destroy()
         through = ul.matMult(change)
         uu.axpy(1.0, through, _OTHER)
-        destroy(ul, lu, ll, change, law, through)
-        return uu, eliminated
+        destroy(ul, lu, ll, law, through)
+        return uu, change, eliminated
 
     def _eliminated(self, forces: PETSc.Mat, law: PETSc.Mat) -> Eliminated:
         """Take what preconditioners need of a tangent's columns by multipliers."""
@@ -293,7 +312,7 @@ class Condensation:
         shares[~active[:, :, None] & np.eye(m, dtype=bool)] = 1.0
         return Eliminated(self.tests, self._law, spread, shares, active)
 
-    def _parts(self, A: PETSc.Mat, which: Iterable[int]) -> list[PETSc.Mat]:
+    def _parts(self, A: PETSc.Mat) -> list[PETSc.Mat]:
         """Parts of a tangent: by u and by multipliers of u's rows, then of theirs."""
         begin, end = A.getOwnershipRange()
         middle = begin + self.n
@@ -301,6 +320,6 @@ class Condensation:
             PETSc.IS().createStride(middle - begin, begin, 1, comm=self._comm),
             PETSc.IS().createStride(end - middle, middle, 1, comm=self._comm),
         ]
-        found = [A.createSubMatrix(sets[k // 2], sets[k % 2]) for k in which]
+        found = [A.createSubMatrix(rows, columns) for rows in sets for columns in sets]
         destroy(*sets)
         return found

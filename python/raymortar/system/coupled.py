@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
@@ -17,14 +16,14 @@ from ..compat import Array
 from ..discretization.forms import check_compiled
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
-from ..errors import raise_everywhere, together
+from ..errors import ContactError, raise_everywhere, together
 from ..interface.coefficients import PairCoefficients
 from ..interface.probing import VolumePattern
 from ..interface.surface_compliance import SurfaceCompliance
-from ..interface.zone_data import ZoneData
 from .assembly import ContactAssembly
 from .free_bodies import FreeBodies
 from .iterates import CoupledIterates
+from .memory import require_memory
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
@@ -135,8 +134,43 @@ class CoupledSystem(CoupledIterates):
     # Room
 
     def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """Zero vector over [u, multiplier]; the form L is not needed."""
-        return self.layout.create_vector()
+        """Zero vector over [u, multiplier]; the form L is not needed. Collective.
+
+        Without a multiplier it has DOLFINx's layout and ghosts, as
+        ``dolfinx.fem.petsc.create_vector(L)``; with one see `form_block`.
+        """
+        if self.layout.more_than_forms:
+            return self.layout.create_vector()
+        return self.layout.create_form_vector()
+
+    @contextmanager
+    def form_block(self, b: PETSc.Vec) -> Iterator[PETSc.Vec]:
+        """Rows of the form of a vector over [u, multiplier], with DOLFINx's layout and
+        ghosts, for DOLFINx's functions of vectors. Collective.
+
+        Ghosts are zero at the begin. At the end the owned rows are copied back; without a
+        multiplier it is b itself.
+
+        Examples
+        --------
+        >>> with contact.form_block(b) as b_u:
+        ...     fem.petsc.assemble_vector(b_u, L)
+        ...     b_u.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
+        """
+        self._require_rows("form_block", b, PETSc.Vec)
+        n = self.layout.n
+        if not self.layout.more_than_forms:
+            with b.localForm() as local:
+                local.array[n:] = 0.0
+            yield b
+            return
+        part = self.layout.create_form_vector()
+        try:
+            part.array[:] = b.array_r[:n]
+            yield part
+            b.array[:n] = part.array_r
+        finally:
+            part.destroy()
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.
@@ -200,7 +234,13 @@ class CoupledSystem(CoupledIterates):
             message = f"{name} needs pairs: call update first"
         elif any(part.gamma is None for part in self.parts):
             message = f"{name} needs gamma: give one, or make a problem, which sets it"
-        elif not isinstance(thing, kind):
+        raise_everywhere(self._comm, message)
+        self._require_rows(name, thing, kind)
+
+    def _require_rows(self, name: str, thing: Any, kind: Any) -> None:
+        """Raise for all but a matrix or vector over the unknowns. Collective."""
+        message = None
+        if not isinstance(thing, kind):
             message = (
                 f"{name} needs a PETSc {kind.__name__} over [u, multiplier], not "
                 f"{type(thing).__name__}"
@@ -237,22 +277,47 @@ class CoupledSystem(CoupledIterates):
 
     def extend_room(self, A: PETSc.Mat) -> bool:
         """`make_room` of a matrix that is one of this system. Collective."""
-        # Since A was preallocated, another solver or problem may have extended the
-        # patterns. A matrix that is not from `create_matrix` is the user's responsibility
         room = A.getAttr(ROOM)
-        if (room is None or room == self._room) and self._patterns_cover():
+        if room is None:  # not from `create_matrix`
+            lacks = not self._patterns_cover()
+        else:
+            lacks = self._lacks_room(A)
+        if lacks:
+            self._make_room(A)
+        return lacks
+
+    def _lacks_room(self, A: PETSc.Mat) -> bool:
+        """Whether a matrix from `create_matrix` has no room for the present pairs.
+        Collective."""
+        room = A.getAttr(ROOM)
+        if room is None:
             return False
-        self._make_room(A)
-        return True
+        # Another solver or problem may have extended the patterns since it was made
+        return room != self._room or not self._patterns_cover()
 
     # Assembly
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
         """Add the tangent at the last `update`. Collective.
 
-        Constrained rows and columns are left out. The caller assembles A afterwards.
+        Values may have been added to A or inserted, as DOLFINx does with constrained
+        diagonals. Constrained rows and columns are left out. The caller assembles A
+        afterwards.
+
+        Raises
+        ------
+        ContactError
+            If pairs have appeared that A cannot hold: `make_room` comes before the forms
+            are assembled.
         """
         self._require("assemble_matrix", A, PETSc.Mat)
+        if self._lacks_room(A):
+            raise ContactError(
+                "A has no room for the present pairs: call contact.make_room(A) after "
+                "update, before the forms are assembled"
+            )
+        # PETSc refuses to mix adding and inserting without a flush between them
+        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
         self.add_tangent(A, bcs)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
@@ -266,11 +331,14 @@ class CoupledSystem(CoupledIterates):
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`. Collective.
 
-        Constrained rows are left out. The caller assembles b afterwards.
+        Constrained rows are left out, and ghosts of b are left alone: call it before or
+        after ``b.ghostUpdate``.
         """
         self._require("assemble_vector", b, PETSc.Vec)
         self.constrained(bcs)
+        b.assemble()  # what was inserted
         self.cpp.add_residual(b.handle)
+        b.assemble()
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -280,7 +348,7 @@ class CoupledSystem(CoupledIterates):
         Parameters
         ----------
         b
-            Vector over [u, multiplier]. The caller assembles it afterwards.
+            Vector over [u, multiplier].
         bcs
             Dirichlet conditions.
         x0
@@ -293,59 +361,6 @@ class CoupledSystem(CoupledIterates):
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self._comm, None if found == shape else message)
         self.constrained(bcs)
+        b.assemble()  # what was inserted
         self.cpp.lift(b.handle, self.unknowns.increment_u(bcs, x0), alpha)
-
-
-# Average number of pairs of facets that share an entry: the number of facets around a
-# node. This is exact for two regular lattices of any sizes
-_AROUND_A_NODE = {"interval": 2, "triangle": 6, "quadrilateral": 4}
-
-
-def available_memory() -> int | None:
-    """Bytes of available memory on this machine; None if it is unknown."""
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return None
-    found = [line.split() for line in lines if line.startswith("MemAvailable:")]
-    return 1024 * int(found[0][1]) if found else None
-
-
-def contact_entries(zone: ZoneData, components: int) -> int:
-    """Estimate the matrix entries of this rank's pairs from below.
-
-    The zone's pattern has its pairs; components are those of the multiplier.
-    """
-    slave, master = zone.facets.slave_surface, zone.facets.master_surface
-    rows = slave.facet_dofs.shape[1] * slave.gdim
-    rows += zone.multiplier_table.shape[1] * components
-    columns = master.facet_dofs.shape[1] * master.gdim
-    return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
-
-
-def require_memory(
-    comm: MPI.Comm, volume: VolumePattern, zones: Iterable[tuple[ZoneData, int]]
-) -> None:
-    """Raise if the ranks are about to allocate more than there is. Collective.
-
-    Zones come with the components of their multipliers.
-
-    Counted are entries of volume and contact, from below, and columns twice, as the
-    pattern is made next to the matrix. The ranks of one machine share its memory.
-    """
-    entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
-    index, value = (np.dtype(t).itemsize for t in (PETSc.IntType, PETSc.ScalarType))
-    machine = comm.Split_type(MPI.COMM_TYPE_SHARED)
-    size = machine.allreduce(entries * (value + 2 * index))
-    ranks = machine.size
-    machine.Free()
-    available = available_memory()
-    message = None
-    if available is not None and size > available:
-        message = (
-            f"the matrix takes at least {size / 1e9:.3g} GB on a machine with "
-            f"{ranks} rank(s), of which {available / 1e9:.3g} GB are available, and a "
-            "direct solver several times that: take more machines, a coarser mesh, or "
-            "an iterative solver"
-        )
-    raise_everywhere(comm, message, MemoryError)
+        b.assemble()

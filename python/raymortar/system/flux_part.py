@@ -268,7 +268,6 @@ class FluxPart:
                 f"Flux.law lets {self.name} flow from where it is low to where it is "
                 "high, with closed contact and no slip: q is the flux from the slave to "
                 "the master, positive where T_s > T_m",
-                2,
             )
         self._is_checked = self._comm.allreduce(count) > 0
 

@@ -219,7 +219,7 @@ class FreeBodies:
             raise SetUpError(text)
         if body not in self._told:
             self._told.add(body)
-            warn(text, 2)
+            warn(text)
 
     def _loose_turns(self, body: Body) -> Array:
         """Turns that change no gap and that no spring resists, as orthonormal columns

@@ -16,7 +16,7 @@ from .. import _cpp
 from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows
 from ..discretization.unknowns import Field, Lacking, Unknowns
-from ..errors import SetUpError, raise_everywhere
+from ..errors import ContactError, SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
@@ -98,21 +98,26 @@ class CoupledIterates:
 
     # Iterates
 
-    def update(self, rays_only: bool = False) -> None:
+    def update(self, pair: bool = True) -> None:
         """Pair and integrate at the present displacement. Collective.
 
         Parameters
         ----------
-        rays_only
-            Keep the integration points on the slave and cast their rays anew. The
-            tangent is then that at fixed points, whatever `tangent` says.
+        pair
+            False: keep segments and integration points on the slave as the last update
+            with True has left them, and cast the points' rays anew. The tangent is then
+            that at fixed points, whatever `tangent` says.
 
         Raises
         ------
         ContactError
-            If the displacement is not finite, or if the mesh has been moved on the
-            contact surfaces since `Contact` was made.
+            If the displacement is not finite, if the mesh has been moved on the contact
+            surfaces since `Contact` was made, or if there are no points to keep.
         """
+        if not pair and self.updates == 0:
+            raise ContactError(
+                "update(pair=False) has no points to keep: call update()"
+            )
         self.require_mesh()
         self.unknowns.pull()
         cpp = self.cpp
@@ -120,7 +125,7 @@ class CoupledIterates:
         cpp.loads_changed()
         for part in self.parts:
             part.present.check_loads()
-        self._pair(cpp, rays_only)
+        self._pair(cpp, not pair)
 
     def require_mesh(self) -> None:
         """Raise if the mesh has been moved on the contact surfaces. Collective."""
@@ -186,7 +191,12 @@ class CoupledIterates:
         self.layout.to_vector(x, self._scales)
 
     def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts. Collective."""
+        """Copy the solver's unknowns to the functions and their ghosts, and to those of
+        x, if it has any. Collective."""
+        with x.localForm() as local:
+            has_ghosts = bool(local)
+        if has_ghosts:
+            x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
         self.layout.from_vector(x, self._scales)
 
     # Residual

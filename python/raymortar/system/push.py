@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..compat import Array
-from ..interface.point_results import CLOSED, PointStatus
+from ..interface.point_results import CLOSED, Status
 from ..rigid.body import Body
 
 # Share of all forces on a body that counts as zero
@@ -129,7 +129,7 @@ def sums_of(body: Body, points: dict[str, Array]) -> Array:
         moves_of(body, points),
     )
     force = weight[:, None] * in_space(points["traction"])
-    closed, sticks = points["status"] >= CLOSED, points["status"] == PointStatus.STICK
+    closed, sticks = points["status"] >= CLOSED, points["status"] == Status.STICK
     along = np.einsum("qja,qa->qj", moves, normal)[closed]
     resists = np.einsum("q,qj,qk->jk", weight[closed], along, along)
     resists += np.einsum("q,qja,qka->jk", weight[sticks], moves[sticks], moves[sticks])

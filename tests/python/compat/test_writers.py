@@ -60,7 +60,7 @@ def from_xdmf(path):
 def from_vtk(folder):
     """Fields of all .vtu files at their points."""
     found = {}
-    for path in sorted(folder.glob("*.vtu")):
+    for path in sorted(folder.rglob("*.vtu")):
         arrays = {}
         for kind in ("Points", "PointData"):
             for array in ElementTree.parse(path).find(f".//{kind}").iter("DataArray"):
@@ -108,7 +108,7 @@ def test_readers_of_python_know_the_version(cell, degree, version, folder):
     problem, functions = pressed_in(cell, degree)
     compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
-    files = list(folder.glob("*.vtu"))
+    files = list(folder.rglob("*.vtu"))
     assert len(files) == COMM.size
     roots = [ElementTree.parse(path).getroot() for path in files]
     assert {root.get("version") for root in roots} == {version}
@@ -119,7 +119,7 @@ def test_meshio_reads_all_fields(cell, degree, folder):
     meshio = pytest.importorskip("meshio")
     problem, functions = pressed_in(cell, degree)
     compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
-    read = meshio.read(*folder.glob("*.vtu"))
+    read = meshio.read(*folder.rglob("*.vtu"))
     places = [tuple(x) for x in np.round(read.points, 9) + 0.0]
     found = {}
     for f in functions:

@@ -8,6 +8,7 @@ import hosts
 import numpy as np
 import pytest
 import ufl
+from condensing import pressed
 from dolfinx import fem
 from problems import COMM, build, fix, residual, tolerate
 
@@ -17,6 +18,7 @@ from raymortar import (
     Contact,
     ContactWarning,
     ConvergenceError,
+    LoadSteps,
     NonlinearProblem,
     SNESSolver,
     compat,
@@ -29,9 +31,10 @@ from raymortar.diagnose.failure import (
     strange_gammas,
     swaps,
 )
-from raymortar.solvers.petsc_objects import reason_in_words
+from raymortar.diagnose.inverted import most_compressed
 from raymortar.interface.stiffness import stiffness_ratios
 from raymortar.results.sums import Statistics
+from raymortar.solvers.petsc_objects import reason_in_words
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)
@@ -115,6 +118,41 @@ def test_viscous_forces_are_proposed_where_they_may_be(may_be_viscous):
     text = describe_failure([1.0], TOUCHING, unheld, "", in_use=in_use)
     assert "a condition that holds it" in text
     assert ("stabilize" in text) == may_be_viscous
+
+
+@pytest.mark.parametrize("steps", [False, True])
+def test_smaller_steps_are_proposed_by_name_but_not_to_steps(steps):
+    text = describe_failure([1.0, 50.0], TOUCHING, [], "", in_use=InUse(steps=steps))
+    assert ("Try LoadSteps, which takes smaller steps" in text) != steps
+    assert ("Try" in text) != steps
+
+
+@pytest.mark.parametrize(
+    "halvings, told",
+    [(6, "cells are pressed to 0."), (1, "a larger max_halvings allows smaller steps")],
+)
+def test_a_path_that_halving_does_not_help_says_what_limits_it(halvings, told):
+    """Blocks that are pressed until cells fold."""
+    blocks = pressed("triangle", 1, None, upper=0.6, stiff=1.0)
+
+    def press(t):
+        blocks.load.value[-1] = -0.9 * t
+
+    solver = SNESSolver(blocks.coupled())
+    path = LoadSteps(solver, press, 2, max_halvings=halvings, strategy="halve")
+    with pytest.raises(ConvergenceError) as error:
+        path.run()
+    assert told in str(error.value) and "Try smaller steps" not in str(error.value)
+
+
+def test_least_stretch_of_cells():
+    """Of a homogeneous deformation, everywhere the same."""
+    blocks = pressed("quadrilateral", 1, None)
+    stretched = np.array([[0.5, 0.2], [0.0, 1.3]])
+    blocks.u.interpolate(lambda x: (stretched - np.eye(2)) @ x[:2])
+    stretch, place = most_compressed(blocks.contact)
+    expected = np.linalg.svd(stretched, compute_uv=False).min()
+    assert stretch == pytest.approx(expected, rel=1e-12) and place.startswith("(")
 
 
 def test_a_solve_that_broke_is_not_told_of_its_reach():

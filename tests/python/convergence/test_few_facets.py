@@ -20,7 +20,7 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     Penalty,
-    PointStatus,
+    Status,
     SNESSolver,
     compat,
     rigid,
@@ -87,7 +87,7 @@ def test_few_facets_are_told_once_with_number_and_place(cell, n, options):
 def carrying(contact):
     """Slave facets of this rank that have a closed point."""
     points = contact.points()
-    return len(np.unique(points["slave"][points["status"] >= PointStatus.STICK]))
+    return len(np.unique(points["slave"][points["status"] >= Status.STICK]))
 
 
 @pytest.mark.parametrize("n, many", [(4, True), (6, True), (16, False), (24, False)])

@@ -313,7 +313,7 @@ def test_surfaces_may_overlap_by_a_clearance(factor, record_property):
     assert worst(points["gap"]) <= 1e-10
     assert worst(points["distance"] + clearance) <= 1e-10
     # Two blocks of height 1 in a column
-    assert worst(points["pressure"] + 100.0 * more / 2.0) <= 1e-8
+    assert worst(points["pressure"] - 100.0 * more / 2.0) <= 1e-8
 
 
 @pytest.mark.mpi
@@ -324,7 +324,7 @@ def test_interference_is_seen_from_beyond_the_default_reach():
     problem.solve()
     points = problem.contact.points()
     assert worst(points["gap"]) <= 1e-10
-    assert worst(points["pressure"] + 100.0 * more / 2.0) <= 1e-8
+    assert worst(points["pressure"] - 100.0 * more / 2.0) <= 1e-8
 
 
 @pytest.mark.mpi(where=lambda method, **_: method == "augmented")
@@ -345,7 +345,7 @@ def test_interference_grows_in_load_steps(method):
         t, points = step.factor, contact.points()
         spring = 2.0 / 100.0 + (1e-4 if method == "penalty" else 0.0)
         expected = 0.08 * t * (1.0 - t) / spring
-        assert worst(points["pressure"] + expected) <= 1e-8
+        assert worst(points["pressure"] - expected) <= 1e-8
         found.append(t)
     assert found == [0.25, 0.5, 0.75, 1.0]
 

@@ -193,7 +193,7 @@ def test_a_slave_that_faces_several_bodies_has_that_of_each(cell):
     problem.contact.update()
     points = gathered.points(problem.contact)
     hit = points["status"] > 0
-    found = (points["pressure"] / points["gap"])[hit]
+    found = (-points["pressure"] / points["gap"])[hit]
     on_soft = points["x"][hit, 0] < 1.0  # the end of block 0
     assert worst(found / np.where(on_soft, soft, hard) - 1.0) < 1e-9
     assert on_soft.any() and not on_soft.all()

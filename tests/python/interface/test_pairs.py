@@ -139,7 +139,7 @@ def test_points_know_the_pair_of_what_they_hit(cell):
     order = (2, 0, 3, 1)
     contact = Table(cell, order).solve().contact
     for rays_only in (False, True):
-        contact.update(rays_only)
+        contact.update(pair=not rays_only)
         points = contact.points()
         hit, pair = points["status"] >= 1, points["pair"]
         assert np.array_equal(pair >= 0, hit) and np.all(pair[~hit] == -1)

@@ -61,7 +61,7 @@ def ratio(cell, degree, kind):
     """Shear of the slide over pressure at the closed points."""
     slider = Slider(cell, degree, Stick(), kind)
     slider.move(0.0)
-    pressure = -gathered.points(slider.contact)["pressure"]
+    pressure = gathered.points(slider.contact)["pressure"]
     return states.GAMMA * SHEAR / pressure[pressure > 0.0]
 
 

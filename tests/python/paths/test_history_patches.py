@@ -71,7 +71,9 @@ def test_a_uniform_patch_has_its_area_centre_and_pressure(cell, name):
     _, history = pressed(cell)
     last, dim = history.rows[-1], DIMENSION[cell]
     assert getattr(last, f"area_{name}") == pytest.approx(1.0, rel=1e-10)
-    assert getattr(last, f"peak_{name}") == pytest.approx(0.5 * E * DOWN, rel=1e-8)
+    assert getattr(last, f"max_pressure_{name}") == pytest.approx(
+        0.5 * E * DOWN, rel=1e-8
+    )
     centre = history.vectors(f"centre_{name}")[-1]
     expected = [0.5] * (dim - 1) + [1.0 - 0.5 * DOWN]
     np.testing.assert_allclose(centre, expected, rtol=1e-8)
@@ -105,7 +107,7 @@ def test_the_centre_is_below_an_eccentric_load():
     assert row.force_0_y == pytest.approx(-force, rel=1e-6)
     assert row.centre_0_x == pytest.approx(0.5 - moment / force, abs=2e-3)
     assert row.torque_middle_0 == pytest.approx(moment, abs=2e-3 * force)
-    assert 0.0 < row.peak_0 and 0.5 < row.area_0 <= 1.01
+    assert 0.0 < row.max_pressure_0 and 0.5 < row.area_0 <= 1.01
 
 
 @pytest.mark.parametrize("name", ["axis", "raised"])
@@ -167,7 +169,7 @@ def test_symmetry_multiplies_sums_and_nothing_else():
         if k == 2:
             three.resume(three.rows)
     kept = "time", "iterations", "halvings", "active", "min_gap", "max_pressure"
-    motions = "translation_", "rotation_", "centre_", "peak_"
+    motions = "translation_", "rotation_", "centre_", "max_pressure_"
     for name in one.columns:
         factor = 1.0 if name.startswith((*kept, *motions)) else 3.0
         np.testing.assert_allclose(three[name], factor * one[name], 1e-13, 1e-15)
@@ -181,5 +183,5 @@ def test_nothing_presses_before_contact():
     found.contact.update()
     history.record(0.0)
     (row,) = history.rows
-    assert row.area_0 == row.peak_0 == 0.0
+    assert row.area_0 == row.max_pressure_0 == 0.0
     assert np.isnan(row.centre_0_x)

@@ -33,7 +33,7 @@ def entries(path):
     COMM.barrier()
     sets = ElementTree.parse(path).iter("DataSet")
     return [
-        (float(s.get("timestep")), int(s.get("part")), path.with_name(s.get("file")))
+        (float(s.get("timestep")), int(s.get("part")), path.parent / s.get("file"))
         for s in sets
     ]
 
@@ -43,7 +43,7 @@ def pieces(path):
     if path.suffix == ".vtu":
         return [path]
     return [
-        path.with_name(piece.get("Source"))
+        path.parent / piece.get("Source")
         for piece in ElementTree.parse(path).iter("Piece")
     ]
 
@@ -186,6 +186,17 @@ def test_next_call_of_the_writer_adds_to_the_series(folder):
     assert leftovers == {"u.pvd", "v.pvd"}
 
 
+@pytest.mark.mpi
+@pytest.mark.parametrize("ending", [".pvd", ".xdmf"])
+def test_three_series_and_one_folder_are_beside_each_other(ending, folder):
+    problem, steps = top_moves("triangle", steps=3, output=folder / f"run{ending}")
+    steps.run()
+    COMM.barrier()
+    values = {".pvd": set(), ".xdmf": {"run.h5"}}[ending]
+    series = {f"run{ending}", "run_segments.pvd", "run_points.pvd"}
+    assert {p.name for p in folder.iterdir()} == {*series, *values, "run_files"}
+
+
 def test_a_series_goes_on_in_another_path(folder):
     problem, steps = top_moves("triangle", steps=2)
     stored = fem.Function(compat.scalar_space(problem.scene.mesh, 1), name="stored")
@@ -197,7 +208,7 @@ def test_a_series_goes_on_in_another_path(folder):
     assert [time for time, _, _ in series] == [0.5, 0.75, 1.0] and output.steps == 3
     values = [{v[0] for v in fields(file)["stored"].values()} for _, _, file in series]
     assert values == [{0.5}, {1.0}, {1.0}]
-    assert not list(folder.glob("run_segments*"))
+    assert not list(folder.rglob("run_segments*"))
     # Another run takes the place of the series
     LoadSteps(problem.solver, steps.apply, 1, output=folder / "run.pvd").run()
     assert [time for time, _, _ in entries(folder / "run.pvd")] == [1.0]

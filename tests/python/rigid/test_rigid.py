@@ -148,7 +148,7 @@ def test_a_spinning_wheel_drags(cell, axis, method):
     result = found.contact.resultant(0)
     points = gathered.points(found.contact)
     assert (points["status"][points["status"] > 1] == 3).all()
-    normal = np.sum(points["weight"] * -points["pressure"])
+    normal = np.sum(points["weight"] * points["pressure"])
     t = points["traction"]
     n = points["contact_normal"]
     shear = t - np.einsum("qi,qi->q", t, n)[:, None] * n

@@ -107,7 +107,7 @@ def test_varying_penalty_is_taken_point_by_point(cell_2d):
     ends = surface.X[surface.facet_nodes[points["slave"]], 0]
     X = ends[:, 0] + points["xi"][:, 0] * (ends[:, 1] - ends[:, 0])
     gamma = 1e4 * (1 + 5 * X)
-    assert np.allclose(points["pressure"], gamma * points["gap"], rtol=1e-9)
+    assert np.allclose(points["pressure"], -gamma * points["gap"], rtol=1e-9)
 
 
 @pytest.mark.mpi
