@@ -116,7 +116,9 @@ class CondensedProblem:
         # Of the last residual: the user's unknowns, None where there is none; its rows,
         # the multipliers, and how these have to change to balance slave nodes
         self._at: Array | None = None
-        self._rows = self._lam = self._change = np.empty(0)
+        self._rows: Array = np.empty(0)
+        self._lam: Array = self._rows
+        self._change: Array = self._rows
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} of {self.coupled!r}>"
@@ -163,15 +165,17 @@ class CondensedProblem:
         problem, contact, condensation = self.coupled, self.contact, self._condensation
         with together(self.comm):
             for zone in contact.zones:
-                found = zone.offset, zone.adjustment
-                if zone.frictional and any(o is not None and o.any() for o in found):
+                offsets = zone.offset, zone.adjustment
+                has_offset = any(o is not None and o.any() for o in offsets)
+                if zone.frictional and has_offset:
                     raise SetUpError(
                         "CondensedProblem has no offset with friction, whose couple acts "
                         "on several slave nodes: take NonlinearProblem"
                     )
         contact.constrained(self.bcs)
         condensation.set_prescribed(problem.prescribed)
-        self._at, self._lam = None, self._multipliers(x)
+        self._at = None
+        self._lam = self._multipliers(x)
         self._show(x, self._lam)
         condensation.weigh()
         lacking = contact.unknowns.lacking(self.bcs)

@@ -10,7 +10,7 @@ from mpi4py import MPI
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..compat import Array
+from ..compat import Array, Indices
 from ..convergence.balance import largest_by
 from ..discretization.facets import facet_nodes
 from ..discretization.ranks import ends_of, of_all
@@ -178,7 +178,7 @@ class Nearest:
     faces: bool
     zone: ZoneData
     # Of this rank: local corners of the slave as near as this, and their places
-    _close: Array
+    _close: Indices
     _x: Array
     _masters: Array
 

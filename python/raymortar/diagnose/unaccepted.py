@@ -14,7 +14,7 @@ import ufl
 from ..compat import Array
 from ..contact import Contact
 from ..errors import warn
-from ..interface.point_results import CLOSED, PointStatus
+from ..interface.point_results import CLOSED, Status
 from ..problem import CoupledProblem
 
 # Solves under other loads from one state: two may be a load and the way to it
@@ -73,7 +73,7 @@ def _slip(problem: CoupledProblem, rubbed: Sequence[Contact]) -> bool:
     for zone in (zone for one in rubbed for zone in one.zones):
         points = zone.points()
         force, status = np.abs(points["weight"] * points["pressure"]), points["status"]
-        sums += force[status == PointStatus.SLIP].sum(), force[status >= CLOSED].sum()
+        sums += force[status == Status.SLIP].sum(), force[status >= CLOSED].sum()
     slips, closed = problem.comm.allreduce(sums)
     return bool(slips > SLIPPING * closed)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -70,9 +71,9 @@ class Newton:
 
     lam: Array
     x: Array | None = None
-    change: Array | None = None
-    by_x: PETSc.Mat | None = None
-    share: Array | None = None
+    change: Any = None
+    by_x: Any = None
+    share: Any = None
 
     def at(self, x: Array) -> Array:
         """Owned multipliers where the user's owned unknowns are x."""
