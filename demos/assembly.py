@@ -86,7 +86,8 @@ def main(arguments=None):
     # The pin is held by contact alone, the base by its support
     report, closing = common.Report(comm), CLOSING * history["time"]
     report.effort(contact, history["iterations"])
-    forces = [np.abs(history[f"force_{i}_y"]) for i in range(3)]
+    labels = [pair.label for pair in contact.pairs]
+    forces = [np.abs(history[f"force_{label}_y"]) for label in labels]
     below, above, stop, up = (f[-1] for f in (*forces, history["reaction_support_y"]))
     report.add("above the pin / below it", above, below, 1e-7, "N/mm")
     report.add("pin and stop / support", above + stop, up, 1e-7, "N/mm")

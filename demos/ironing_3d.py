@@ -85,7 +85,7 @@ def main(arguments=None):
 
     report, history, u = common.Report(comm), found.history, found.u
     report.effort(found.contact, found.iterations)
-    force = history.vectors("force_0")
+    force = history.vectors("force_slave_master")
     off = np.abs(force + history.vectors("reaction_bottom"))[:, [0, 2]].max()
     off /= np.abs(force[:, 2]).max()
     report.add("1 + contact force - support", 1.0 + off, 1.0, 1e-7)

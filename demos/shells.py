@@ -65,7 +65,7 @@ def squeeze(scene, steps, closing, file=None):
     parts, up = (4.0, "z") if d == 3 else (1.0, "y")
     return SimpleNamespace(
         u=u, contact=contact, law=law, history=history,
-        closing=closing * history["time"], force=-parts * history[f"force_1_{up}"],
+        closing=closing * history["time"], force=-parts * history[f"force_roof_plate_{up}"],
         held=-parts * history[f"reaction_grip_{up}"], energy=2 * parts * history["energy"],
     )  # fmt: skip
 

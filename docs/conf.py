@@ -25,15 +25,21 @@ def with_directives(app, name, source):
     source[0] = source[0].replace("\n```math\n", "\n```{math}\n")
 
 
-def with_other_pages(app, name, source):
-    """The start page lists every page that it does not name itself."""
-    if name == "index":
-        pages = {page.stem for page in Path(app.srcdir).glob("*.md")} - {"index"}
-        others = sorted(pages - set(source[0].split("\n")))
-        source[0] = source[0].replace("OTHER_PAGES", "\n".join(others))
+def with_tree(app, name, source):
+    """The pages that a list links to are its branches, for those in folders below too."""
+    if Path(name).name == "index" and "{toctree}" not in source[0]:
+        links = re.findall(r"\]\(([\w/]+)\.md\)", source[0])
+        folder = Path(app.srcdir) / Path(name).parent
+        pages = [
+            link
+            for link in dict.fromkeys(links)
+            if "/" not in link or link.endswith("/index")
+            if (folder / f"{link}.md").is_file() and link != "index"
+        ]
+        source[0] += "\n```{toctree}\n:hidden:\n\n" + "\n".join(pages) + "\n```\n"
 
 
 def setup(app):
     """Read the pages as they are shown elsewhere."""
     app.connect("source-read", with_directives)
-    app.connect("source-read", with_other_pages)
+    app.connect("source-read", with_tree)

@@ -258,15 +258,18 @@ run_environment() {
 
 # launch RANKS COMMAND...: under mpirun for more than one rank
 launch() {
-  local ranks=$1 options=()
+  local ranks=$1 options=() version
   shift
   run_environment "$ranks"
   if ((ranks > 1)); then
     # More ranks than cores may be asked for, and threads may use every core.
     # Options, as the names of the settings differ between Open MPI 4, 5 and 6.
-    # It says at length that a rank has failed, which the rank has said.
-    [[ $(mpirun --version) != *"Open MPI"* ]] ||
-      options=(--quiet --map-by :OVERSUBSCRIBE --bind-to none)
+    version=$(mpirun --version)
+    [[ $version != *"Open MPI"* ]] ||
+      options=(--map-by :OVERSUBSCRIBE --bind-to none)
+    # Version 4 says at length that a rank has failed, which the rank has said;
+    # later ones know no such option
+    [[ $version != *"(Open MPI) 4."* ]] || options+=(--quiet)
     # Ranks that wait for others must leave them the cores
     ((ranks <= $(nproc))) || export OMPI_MCA_mpi_yield_when_idle=1
     mpirun "${options[@]}" -n "$ranks" "$@"

@@ -347,6 +347,10 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
+      .def("set_unfelt",
+           [](Zone& z, const Array<double>& parts,
+              const Array<double>& accepted, const Array<std::int8_t>& kept)
+           { z.set_unfelt(to_span(parts), to_span(accepted), to_span(kept)); })
       .def("set_eliminated", &Zone::set_eliminated, py::arg("on"))
       .def(
           "set_gamma",
@@ -396,6 +400,7 @@ void bind_zone(py::module_& m)
       .def("free_points",
            [](const Zone& z) { return to_array(free_points(z)); })
       .def("held_facets", &held_facets)
+      .def("unfelt", [](const Zone& z) { return to_array(z.unfelt()); })
       .def("traffic", &traffic, py::arg("ranges"), py::arg("rank"))
       .def("statistics", [](const Zone& z) { return to_dict(z.statistics()); });
 }

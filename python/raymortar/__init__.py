@@ -1,9 +1,12 @@
 """Contact between deformable bodies in large deformation, for FEniCSx."""
 
-import warnings
-from typing import Any
+from __future__ import annotations
 
-from . import dynamics, io, rigid, solvers, tools
+import warnings
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from . import io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
@@ -15,8 +18,6 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
-from .field_problem import FieldProblem
-from .flux import Flux, FluxRates
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
@@ -29,20 +30,39 @@ from .paths.controls import ArcLength, DisplacementControl
 from .paths.history import History
 from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
-from .plotting.movie import Movie
-from .plotting.picture import plot
 from .solvers.automatic import suited_to_size
 from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
 from .system.kept_forms import keeper
-from .system.tool_part import ToolField
-from .tie import FieldTie, Tie
-from .wear import Archard, Wear
+from .tie import Tie
+
+if TYPE_CHECKING:
+    from . import dynamics
+    from .field_problem import FieldProblem
+    from .flux import Flux, FluxRates
+    from .plotting.movie import Movie
+    from .plotting.picture import plot
+    from .system.tool_part import ToolField
+    from .tie import FieldTie
+    from .wear import Archard, Wear
 
 # What the package adds to its core
 hooks.judge, hooks.describe = require_convergence, describe
 hooks.on_setup.append(warn_of_overlaps)
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
+
+# Rooms of names that are imported when they are first asked for
+_ON_DEMAND = {
+    "Archard": "wear",
+    "FieldProblem": "field_problem",
+    "FieldTie": "tie",
+    "Flux": "flux",
+    "FluxRates": "flux",
+    "Movie": "plotting.movie",
+    "ToolField": "system.tool_part",
+    "Wear": "wear",
+    "plot": "plotting.picture",
+}
 
 __version__ = "0.1.0"
 
@@ -96,11 +116,18 @@ _MOVED = {"NodeStatus": "Status", "PointStatus": "Status"}
 
 
 def __getattr__(name: str) -> Any:
-    """Find a name that has moved, with a warning."""
-    if name not in _MOVED:
+    """Import a name that few programs need, and keep it; find one that has moved, with a
+    warning."""
+    if name in _MOVED:
+        warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
+        return globals()[_MOVED[name]]
+    if name == "dynamics":
+        return import_module(".dynamics", __name__)
+    if name not in _ON_DEMAND:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
-    return globals()[_MOVED[name]]
+    found = getattr(import_module(f".{_ON_DEMAND[name]}", __name__), name)
+    globals()[name] = found
+    return found
 
 
 def __dir__() -> list[str]:

@@ -70,7 +70,8 @@ class CondensedProblem:
     ``contact.advance()``.
 
     If conditions prescribe a slave node, its multiplier extends those of the slave
-    nodes next to it. Rows of the law have the unit of a force.
+    nodes next to it, or follows from the law where the master is prescribed too. Rows
+    of the law have the unit of a force.
 
     Raises
     ------
@@ -188,7 +189,10 @@ class CondensedProblem:
         found = self._b.array_r.copy()
         self._change = condensation.change(found, self._lam)
         known = np.concatenate([np.zeros(self._n), self._change])
-        self._rows = condensation.residual(found + product(self._A, known))
+        rows = found + product(self._A, known)
+        self._rows = condensation.residual(rows)
+        of_kept = condensation.changes_of_kept(rows)
+        self._change += of_kept
         self._at = x
         # Rows may vanish where slave nodes alone are out of balance, as all of a body of
         # one cell: results are then of multipliers that balance them
@@ -196,6 +200,8 @@ class CondensedProblem:
         lifts = self.comm.allreduce(bool(lacking.increment.any()), op=MPI.LOR)
         if not lifts and condensation.unbalance(found) > norm:
             self._show(x, self._lam + self._change)
+        elif self.comm.allreduce(bool(of_kept.any()), op=MPI.LOR):
+            self._show(x, self._lam + of_kept)
 
     def _multipliers(self, x: Array) -> Array:
         """Owned multipliers where the user's owned unknowns are x: those of Newton's

@@ -266,9 +266,10 @@ class CoupledProblem:
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
         norms = self._assemble(b, True)
-        imbalance = self.convergence.measure(
-            norms, added_sizes(self.terms), self.inertia
-        )
+        # Most problems have no terms, whose sums would be calls that add nothing
+        sizes = added_sizes(self.terms) if self.terms else None
+        inertia = self.inertia if self.terms else None
+        imbalance = self.convergence.measure(norms, sizes, inertia)
         self.history.append(imbalance.norm)
 
     def loads(self, b: PETSc.Vec) -> None:

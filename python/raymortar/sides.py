@@ -2,7 +2,8 @@
 prescribed.
 
 A slave that is prescribed throughout, with finer facets than its free master, has more
-tractions than the master has displacements to tell them apart. Contact is then integrated
+tractions than the master has displacements to tell them apart; with friction so has one
+that is prescribed throughout along the surface. Contact is then integrated
 over the master, as if the pair had been given in the other order, and forces keep the
 names that the user gave the sides. Points, fields and the multiplier are on the master.
 """
@@ -166,7 +167,8 @@ def exchange_where_needed(contact: Any, bcs: Sequence[Any]) -> bool:
         rigid = {} if surfaces.tied else rigid_slaves(surfaces, fixed)
         if not (rigid and one._may_be_exchanged):
             continue
-        for k, zone in rigid.items():
+        for k, slave in rigid.items():
+            zone = slave.zone
             if not _is_alone(zone, contact):
                 continue
             with together(surfaces.comm):

@@ -108,27 +108,24 @@ def test_settings_of_newton_are_its_own():
 
 
 def patched(text, diff):
-    """A text with a unified diff applied; all of its context must be there."""
+    """A text with a unified diff applied; all of its context must be there, in order."""
     lines, found, at = text.splitlines(), [], 0
-    for head, hunk in re.findall(
-        r"^@@ -(\d+).*?@@\n(.*?)(?=^@@|\Z)", diff, re.MULTILINE | re.DOTALL
+    for hunk in re.findall(
+        r"^@@.*?@@\n(.*?)(?=^@@|\Z)", diff, re.MULTILINE | re.DOTALL
     ):
-        begin = int(head) - 1
-        found += lines[at:begin]
-        at = begin
-        for line in hunk.splitlines():
-            kind, line = line[:1] or " ", line[1:]
-            if kind != "+":
-                assert lines[at] == line
-                at += 1
-            if kind != "-":
-                found.append(line)
+        parts = [(line[:1] or " ", line[1:]) for line in hunk.splitlines()]
+        old = [line for kind, line in parts if kind != "+"]
+        places = range(at, len(lines) - len(old) + 1)
+        (begin,) = (k for k in places if lines[k : k + len(old)] == old)
+        found += lines[at:begin] + [line for kind, line in parts if kind != "-"]
+        at = begin + len(old)
     return "\n".join([*found, *lines[at:]]) + "\n"
 
 
 PAGE = "docs/from_dolfinx.md"
 PROGRAMS = ROOT / "examples" / "from_dolfinx"
 GENERATIONS = {"newton": 0, "snes": 1}  # by the diff on the page
+MASTERS = ["floor", "block"]  # the last diff has the block
 SHOW = """
 force, bottom = contact.resultant().force, problem.reactions({"held": bcs})["held"]
 print("forces", *force, *bottom)
@@ -136,18 +133,21 @@ print("forces", *force, *bottom)
 
 
 def of_this_version(program):
-    """The space as DOLFINx 0.5 has it: the page says how."""
-    new = 'fem.functionspace(domain, ("Lagrange", 1, (3,)))'
-    old = 'fem.VectorFunctionSpace(domain, ("Lagrange", 1))'
-    page = (ROOT / PAGE).read_text(encoding="utf-8")
-    assert new in program and old in page
-    return program if hasattr(fem, "functionspace") else program.replace(new, old)
+    """The space as DOLFINx 0.5 has it, in a program that is for later versions."""
+    new = 'V = fem.functionspace(domain, ("Lagrange", 1, (3,)))'
+    old = 'V = fem.VectorFunctionSpace(domain, ("Lagrange", 1))'
+    assert new in program
+    knows = hasattr(fem, "functionspace") or old in program
+    return program if knows else program.replace(new, old)
 
 
-def programs(generation):
-    """A program written for DOLFINx, and the same with the diff of the page."""
+def programs(generation, master="floor"):
+    """A program written for DOLFINx, and the same with the diffs of the page."""
     before = (PROGRAMS / f"beam_{generation}.py").read_text(encoding="utf-8")
-    after = patched(before, blocks_of(PAGE, "diff")[GENERATIONS[generation]])
+    diffs = blocks_of(PAGE, "diff")
+    after = patched(before, diffs[GENERATIONS[generation]])
+    if master == "block":
+        after = patched(after, diffs[-1])
     return of_this_version(before), of_this_version(after)
 
 
@@ -159,27 +159,37 @@ def is_of_this_version(generation):
     return solves == (generation == "snes")
 
 
-def check_forces(line, load):
-    """The block carries the tip; supports take the load and nothing else."""
+def check_forces(line, load, share):
+    """What contact carries of the load, and supports: of a block all of the load."""
     force, held = np.array(line.split()[1:], dtype=float).reshape(2, 3)
-    assert force[2] > load
-    np.testing.assert_allclose(held, [0.0, 0.0, load], atol=1e-6)
+    carried = abs(force[2])  # by the floor, or by the block, which supports hold
+    assert share * load < carried < load
+    by_supports = load - (carried if share < 0.9 else 0.0)
+    np.testing.assert_allclose(held, [0.0, 0.0, by_supports], atol=1e-6)
+
+
+# Any warning of contact fails the program
+LOUD = """import warnings, raymortar
+warnings.simplefilter("error", raymortar.ContactWarning)
+"""
 
 
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
+@pytest.mark.parametrize("master", MASTERS)
 @pytest.mark.parametrize("generation", GENERATIONS)
-def test_program_with_the_diff_of_its_generation_arrives(generation, tmp_path):
+def test_program_with_the_diff_of_its_generation_arrives(generation, master, tmp_path):
     """Where DOLFINx has no Newton solver, raymortar has none."""
     if generation == "newton" and NewtonSolver not in SOLVERS:
         pytest.skip("DOLFINx has no Newton solver")
-    _, after = programs(generation)
-    *printed, forces = run(after + SHOW, tmp_path).splitlines()
+    _, after = programs(generation, master)
+    *printed, forces = run(LOUD + after + SHOW, tmp_path).splitlines()
     said = blocks_of(PAGE, "text")[0].strip().splitlines()
     assert len(printed) == len(said) == 9
     for ours, theirs in zip(printed, said):
         a, b = ([float(x) for x in re.findall(r"-?[\d.]+", t)] for t in (ours, theirs))
-        assert a[0] == b[0] and a[2] == b[2] and abs(a[1] - b[1]) <= 5
-    check_forces(forces, 13.5)
+        assert a[0] == b[0] and a[2] == b[2]
+        assert abs(a[1] - b[1]) <= 5 or master == "block"
+    check_forces(forces, 13.5, 0.75 if master == "floor" else 0.95)
 
 
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
@@ -195,7 +205,7 @@ def test_program_runs_without_contact(generation, tmp_path):
 @pytest.mark.skipif(COMM.size > 1, reason="a program of its own")
 def test_a_beam_of_degree_2_arrives_by_load_steps(tmp_path):
     """With finer cells than the page, as in the tutorial, and the page's last block."""
-    _, after = programs("snes")
+    _, after = programs("snes", "block")
     program = after[: after.index("for n in range")]
     for old, new in (
         ('("Lagrange", 1', '("Lagrange", 2'),
@@ -206,5 +216,5 @@ def test_a_beam_of_degree_2_arrives_by_load_steps(tmp_path):
     (steps,) = blocks_of(PAGE, "python")
     steps = steps.replace("(solver,", "(problem.snes_solver,")
     *printed, forces = run(program + steps + SHOW, tmp_path).splitlines()
-    assert len(printed) >= 9 and float(printed[-1].split()[-1]) == -13.5
-    check_forces(forces, 13.5)
+    assert len(printed) >= 9 and float(printed[-1].split()[-1]) == -1.35
+    check_forces(forces, 13.5, 0.95)

@@ -108,5 +108,5 @@ def test_points_and_history_list_their_names(page):
     for name in ("gap", "pressure", "traction", "slip", "status", "weight", "pair"):
         assert f"`{name}`" in points
     history = page[page.index("## History\n") :]
-    for name in ("time", "iterations", "force_0_x", "friction_work", "energy"):
+    for name in ("time", "iterations", "force_ring_plate_x", "friction_work", "energy"):
         assert f"`{name}`" in history

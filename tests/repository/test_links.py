@@ -1,6 +1,8 @@
 """Links between pages lead somewhere, and the theory says where each equation is."""
 
+import importlib.util
 import re
+from types import SimpleNamespace
 
 import pytest
 from programs import ROOT
@@ -47,6 +49,28 @@ def test_links_lead_somewhere(page):
         assert path.exists(), f"{page} links to {target}"
         if anchor and path.suffix == ".md":
             assert anchor in anchors(path), f"{page} links to {target}"
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("folder", ["docs", "docs/demos", "docs/messages"])
+def test_a_list_links_to_every_page_of_its_folder(folder):
+    """Also on a code host, which shows no toctree."""
+    text = prose(f"{folder}/index.md")
+    pages = {path.name for path in (ROOT / folder).glob("*.md")} - {"index.md"}
+    linked = set(re.findall(r"\]\(([\w.]+)\)", text))
+    assert pages <= linked
+
+
+@pytest.mark.quick
+def test_a_list_has_its_links_as_branches_of_the_tree():
+    """Those of its folder, and the lists of folders below."""
+    spec = importlib.util.spec_from_file_location("conf", ROOT / "docs" / "conf.py")
+    conf = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(conf)
+    app = SimpleNamespace(srcdir=ROOT / "docs")
+    source = ["[a](install.md), [b](api/index.md), [c](api/contact.md), [d](no.md)\n"]
+    conf.with_tree(app, "index", source)
+    assert source[0].endswith("```{toctree}\n:hidden:\n\ninstall\napi/index\n```\n")
 
 
 @pytest.mark.quick

@@ -1,4 +1,4 @@
-"""Every message of an error is in the page on troubleshooting."""
+"""Every message of an error is in the appendix of messages, and in no guide's table."""
 
 from __future__ import annotations
 
@@ -19,21 +19,22 @@ def check(*arguments):
     return run.returncode, run.stderr
 
 
-def make_tree(root, source):
+def make_tree(root, source, guide="# A guide\n"):
     """A tree with one source file and a page with two messages."""
     page = "| `tag 7 is on no facet` | |\n```text\nThe sky fell after 3 steps\n```\n"
     for name, text in (
-        ("docs/troubleshooting.md", page),
+        ("docs/messages/setup.md", page),
+        ("docs/guide.md", guide),
         ("python/raymortar/some.py", source),
     ):
         path = root / name
-        path.parent.mkdir(parents=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     return root
 
 
 @pytest.mark.quick
-def test_the_page_has_every_message():
+def test_the_appendix_has_every_message():
     assert check() == (0, "")
 
 
@@ -63,7 +64,12 @@ def test_what_is_on_the_page_passes(tmp_path, source):
 def test_what_is_not_on_the_page_is_named(tmp_path, source):
     code, complaint = check(make_tree(tmp_path, source))
     assert code == 1
-    assert (
-        "python/raymortar/some.py: docs/troubleshooting.md does not have" in complaint
-    )
+    assert "python/raymortar/some.py: docs/messages does not have" in complaint
     assert "has no friends" in complaint
+
+
+def test_a_table_of_messages_in_a_guide_is_named(tmp_path):
+    guide = "# A guide\n\n| message | remedy |\n|---|---|\n| `it fell` | |\n"
+    code, complaint = check(make_tree(tmp_path, "", guide))
+    assert code == 1
+    assert complaint == "docs/guide.md: a table of messages belongs to docs/messages\n"

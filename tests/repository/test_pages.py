@@ -84,15 +84,29 @@ def test_ten_lines_of_the_start_page_solve_contact(tmp_path):
     assert len(list(filter(None, of_contact))) <= 10
 
 
-def test_six_lines_of_the_start_page_press_a_ball_into_a_block(tmp_path):
-    """Its force is in balance, at some depth; it starts 0.1 above."""
-    plain, six = blocks_of("README.md", "python")[:2]
+def test_the_ball_of_the_start_page_goes_as_far_as_it_says(tmp_path):
+    """In balance, without a warning, and as deep as the page says."""
+    plain, ball = blocks_of("README.md", "python")[:2]
     plain = plain[: plain.index("import raymortar\n")]
-    assert len(six.splitlines()) == 6
-    results = "print(*contact.resultant_on(ball).force, ball.translation[2])"
-    *_, force, way = map(float, run(plain + six + results, tmp_path).split())
-    assert force == pytest.approx(0.3, rel=1e-6)
-    assert -0.5 < way < -0.15
+    loud = "import warnings, raymortar\n"
+    loud += "warnings.simplefilter('error', raymortar.ContactWarning)\n"
+    results = "print(*contact.resultant_on(ball).force)"
+    way, *_, force = map(float, run(plain + loud + ball + results, tmp_path).split())
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    said, finer = map(
+        float, re.search(r"(-0\.\d+) \((-0\.\d+) on a mesh", text).groups()
+    )
+    assert force == pytest.approx(1.0, rel=1e-6)
+    assert way == pytest.approx(said, abs=1e-3)
+    assert way == pytest.approx(finer, rel=2e-2)
+
+
+@pytest.mark.quick
+def test_the_start_page_is_read_at_once():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert text.count("\n") <= 110
+    rows = text[text.index("## What it can do") :].count("\n| [")
+    assert rows == 12
 
 
 def test_a_solver_that_was_not_used_leaves_no_options(tmp_path):

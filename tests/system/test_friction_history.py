@@ -207,9 +207,11 @@ def test_failed_step_leaves_the_history(method):
     with pytest.raises(ConvergenceError):
         problem.solve()
     after = contact.state()
-    np.testing.assert_array_equal(after.u_old, before.u_old)
-    for one, two in zip(after.traction_old, before.traction_old):
-        np.testing.assert_array_equal(one, two)
+    accepted = [name for name in before if name.startswith(("accepted", "springs"))]
+    has_multiplier = contact.multiplier is not None
+    assert len(accepted) == 1 + (method != "rate") + has_multiplier
+    for name in accepted:
+        np.testing.assert_array_equal(after[name], before[name])
 
 
 def run(problem, move, push, shears):

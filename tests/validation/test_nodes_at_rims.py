@@ -185,7 +185,7 @@ def test_condensed_step_where_the_rim_has_just_entered_a_facet(law):
     share = gathered.dictionary(blocks.contact.zones[0].cpp.segments())["covered"]
     assert np.any((share > 0.0) & (share < 1e-3))
     state, rng = blocks.contact.state(), np.random.default_rng(0)
-    aside = 1e-5 * rng.normal(size=len(state.u)) * ~coupled.prescribed
+    aside = 1e-5 * rng.normal(size=len(blocks.u.x.array)) * ~coupled.prescribed
     for one in (blocks, other):
         one.contact.restore(state)
         one.u.x.array[:] += aside

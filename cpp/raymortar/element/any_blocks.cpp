@@ -168,15 +168,9 @@ void AnyBlocks<D>::add_slide(const Vec<D>& f, const TaylorRows<T, D>& eta,
 
 template <int D>
 template <int M>
-void AnyBlocks<D>::add_condition_rows(double w, const Mat<M, M>& C_lam,
-                                      UnknownRows<M, D>& rows, int count,
-                                      const Shapes& at)
+void AnyBlocks<D>::add_condition_rows(double w, const UnknownRows<M, D>& rows,
+                                      int count, const Shapes& at)
 {
-  for (int k = 0; k < at.multipliers; ++k)
-    for (int i = 0; i < M; ++i)
-      for (int j = 0; j < M; ++j)
-        rows[place(i)][place(at.side() + k * M + j)] =
-            at.multiplier_value(k) * C_lam(i, j);
   const int n = at.size();
   double* out = A.data() + at.side() * n;
   for (int k = 0; k < at.multipliers; ++k)
@@ -282,16 +276,16 @@ RAYMORTAR_EXPAND(3, 3);
 
 template class AnyBlocks<2>;
 template class AnyBlocks<3>;
-template void AnyBlocks<2>::add_condition_rows<1>(double, const Mat<1, 1>&,
-                                                  UnknownRows<1, 2>&, int,
+template void AnyBlocks<2>::add_condition_rows<1>(double,
+                                                  const UnknownRows<1, 2>&, int,
                                                   const Shapes&);
-template void AnyBlocks<2>::add_condition_rows<2>(double, const Mat<2, 2>&,
-                                                  UnknownRows<2, 2>&, int,
+template void AnyBlocks<2>::add_condition_rows<2>(double,
+                                                  const UnknownRows<2, 2>&, int,
                                                   const Shapes&);
-template void AnyBlocks<3>::add_condition_rows<1>(double, const Mat<1, 1>&,
-                                                  UnknownRows<1, 3>&, int,
+template void AnyBlocks<3>::add_condition_rows<1>(double,
+                                                  const UnknownRows<1, 3>&, int,
                                                   const Shapes&);
-template void AnyBlocks<3>::add_condition_rows<3>(double, const Mat<3, 3>&,
-                                                  UnknownRows<3, 3>&, int,
+template void AnyBlocks<3>::add_condition_rows<3>(double,
+                                                  const UnknownRows<3, 3>&, int,
                                                   const Shapes&);
 } // namespace raymortar

@@ -110,11 +110,39 @@ protected:
   void add_slide(const Vec<D>& f, const TaylorRows<T, D>& eta,
                  const Shapes& at);
 
-  /// Add w times the multiplier's equation, for its derivative over the first
-  /// `count` unknowns, of which those of the multiplier are set here
+  /// Set the columns of the multiplier in some rows
   template <int M>
-  void add_condition_rows(double w, const Mat<M, M>& C_lam,
-                          UnknownRows<M, D>& rows, int count, const Shapes& at);
+  static void set_multiplier_columns(const Mat<M, M>& by_lam,
+                                     UnknownRows<M, D>& rows, const Shapes& at)
+  {
+    for (int k = 0; k < at.multipliers; ++k)
+      for (int i = 0; i < M; ++i)
+        for (int j = 0; j < M; ++j)
+          rows[place(i)][place(at.side() + k * M + j)] =
+              at.multiplier_value(k) * by_lam(i, j);
+  }
+
+  /// Take from them what they have of the multiplier's unfelt parts
+  template <int M>
+  static void leave_out_unfelt(const Mat<M, D>& by_trial,
+                               const std::array<Mat<D, D>, 4>& unfelt,
+                               UnknownRows<M, D>& rows, const Shapes& at)
+  {
+    for (int k = 0; k < at.multipliers; ++k)
+    {
+      const Mat<M, D> by_lam = by_trial * unfelt[place(k)];
+      for (int i = 0; i < M; ++i)
+        for (int j = 0; j < M; ++j)
+          rows[place(i)][place(at.side() + k * M + j)] -=
+              at.multiplier_value(k) * by_lam(i, j);
+    }
+  }
+
+  /// Add w times the multiplier's equation, for its derivative over the first
+  /// `count` unknowns
+  template <int M>
+  void add_condition_rows(double w, const UnknownRows<M, D>& rows, int count,
+                          const Shapes& at);
 
   /// Add w times, to rows of a side's displacement along its normal n: how
   /// what multiplies the gradients of shape functions varies

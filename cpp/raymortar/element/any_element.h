@@ -73,8 +73,13 @@ public:
       add_area<M>(e, p, by.dual, p.response.C, dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, target_part(p), rows);
-      this->template add_condition_rows<M>(p.weight / p.gamma, p.response.C_lam,
-                                           rows, at.size(), at);
+      this->template set_multiplier_columns<M>(p.response.C_lam, rows, at);
+      if constexpr (is_frictional<Law>)
+        if (e.history.has_kept)
+          this->template leave_out_unfelt<M>(p.response.C_spring, e.unfelt,
+                                             rows, at);
+      this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.size(),
+                                           at);
     }
   }
 
@@ -89,8 +94,10 @@ public:
                   Law::template without_hit<D>(p.lam), dC);
       UnknownRows<M, D> rows;
       expand<M, D>(at, dC, TargetPart::none, rows);
-      this->template add_condition_rows<M>(
-          p.weight / p.gamma, -Mat<M, M>::Identity(), rows, at.alone(), at);
+      this->template set_multiplier_columns<M>(-Mat<M, M>::Identity(), rows,
+                                               at);
+      this->template add_condition_rows<M>(p.weight / p.gamma, rows, at.alone(),
+                                           at);
     }
   }
 
@@ -240,8 +247,7 @@ private:
                         -p.g * (by.dual.transpose() * t), by.dual, at);
   }
 
-  /// Derivative of p g n . d(nu), by which the pressure p acts on the target at
-  /// the foot  [theory (4.22)]
+  /// Derivative of p g n . d(nu), of the pressure p at the foot [theory (4.22)]
   /// @param[in] dp That of p, at fixed area
   void add_foot_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
                         const Columns& columns, const TaylorRows<1, D>& dp,

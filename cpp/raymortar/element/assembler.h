@@ -41,6 +41,11 @@ struct Multipliers
   std::vector<GlobalIndex> row; ///< first row of each multiplier node
   std::vector<double> value;    ///< nodal traction, (nodes, components)
   double scale = 1.0;           ///< traction per unit of the solver's unknown
+  /// Parts that no equilibrium determines, by which friction carries on from
+  /// the accepted step: matrices, (nodes, gdim, gdim); empty: none
+  /// [theory (5.22)]
+  std::vector<double> unfelt;
+  std::vector<double> accepted; ///< nodal traction, (nodes, gdim), with these
 
   /// Nodes of each facet, where there are facets
   [[nodiscard]] std::size_t per_facet(Index facets) const

@@ -166,7 +166,11 @@ private:
     {
       Vec<D> spring = old.spring.value();
       if constexpr (M > 0)
+      {
         spring *= this->gamma;
+        if (e.history.has_kept)
+          spring += e.history.kept.col(0);
+      }
       return Law::template evaluate<D, Response>(
           FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
     }

@@ -326,6 +326,10 @@ public:
     rows += by_log_gamma * _log_gamma;
     if constexpr (M > 0)
       rows += law.by_lam * _lam;
+    if constexpr (M > 0 and requires { law.by_spring; })
+      if (_e.history.has_kept)
+        rows +=
+            law.by_spring / _p.gamma * along<D>(_e.history.kept);
   }
 
 private:

@@ -60,6 +60,7 @@ void SlaveSide<D>::take_facet(Index facet, TaylorData<D>& e)
   take_scalars(s.friction_coefficient, facet, _coefficient,
                e.history.coefficient);
   take_springs(facet, e);
+  take_unfelt(facet, e);
 }
 
 template <int D>
@@ -77,6 +78,26 @@ void SlaveSide<D>::take_multiplier(Index facet)
                   static_cast<std::size_t>(m.facet[first + k]) * components;
     for (std::size_t i = 0; i < components; ++i)
       _lam.at[k][static_cast<int>(i)] = value[i];
+  }
+}
+
+/// A law at nodes takes its own
+template <int D>
+void SlaveSide<D>::take_unfelt(Index facet, TaylorData<D>& e)
+{
+  using Rows = Eigen::Matrix<double, D, D, Eigen::RowMajor>;
+  const Multipliers& m = _state.multipliers;
+  e.history.has_kept = false;
+  if (m.unfelt.empty() or _state.has_law_at_nodes())
+    return;
+  const std::size_t first = static_cast<std::size_t>(facet) * _multipliers;
+  for (std::size_t k = 0; k < _multipliers; ++k)
+  {
+    const auto node = static_cast<std::size_t>(m.facet[first + k]);
+    e.unfelt[k] = Eigen::Map<const Rows>(m.unfelt.data() + node * D * D);
+    const Eigen::Map<const Vec<D>> accepted(m.accepted.data() + node * D);
+    _kept.at[k] = e.unfelt[k] * (accepted - _lam.at[k]);
+    e.history.has_kept = e.history.has_kept or not e.unfelt[k].isZero(0.0);
   }
 }
 
@@ -195,6 +216,8 @@ void SlaveSide<D>::place_multiplier(const Vec<T>& xi, TaylorData<D>& e,
   else
     _multiplier->first(xi, shapes.multiplier);
   set(_lam, _multipliers, shapes.multiplier, e.lam);
+  if (e.history.has_kept)
+    set(_kept, _multipliers, shapes.multiplier, e.history.kept);
 }
 
 template class SlaveSide<2>;

@@ -37,6 +37,7 @@ private:
 
   void take_facet(Index facet, TaylorData<D>& e);
   void take_multiplier(Index facet);
+  void take_unfelt(Index facet, TaylorData<D>& e);
   void take_scalars(const FacetField& field, Index facet, Scalars& nodal,
                     Vec<D>& coefficients) const;
   void take_springs(Index facet, TaylorData<D>& e);
@@ -58,7 +59,7 @@ private:
   bool _isoparametric;      ///< positions have the displacement's functions
   Index _number = no_index; ///< facet that is taken
   double _factor = 1.0;     ///< of gamma
-  AnyNodes<D> _reference, _springs, _lam;
+  AnyNodes<D> _reference, _springs, _lam, _kept;
   ShapeRows<T> _nodes; ///< of positions, where displacements have others
   Scalars _gamma, _offset, _coefficient;
 };

@@ -27,6 +27,9 @@ struct FrictionData
   Taylor master_old = Taylor::Zero();
   Mat<D, D> traction_old = Mat<D, D>::Zero(); ///< see ContactState
   bool has_springs = true;                    ///< false: traction_old is zero
+  /// What the law has in place of the multiplier's unfelt part, less it
+  Mat<D, D> kept = Mat<D, D>::Zero();
+  bool has_kept = false; ///< false: kept is zero
   FrictionLaw friction;
   bool has_coefficient = false; ///< a field in place of the law's number
   Vec<D> coefficient = Vec<D>::Zero();
@@ -55,6 +58,8 @@ struct TaylorData
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<D> history;
+  /// Unfelt parts of the multiplier at its nodes, if anything is kept
+  std::array<Mat<D, D>, 4> unfelt;
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
   TwoFrames<D> master_frames; ///< those of the point that is hit
   Spin<D> spin;

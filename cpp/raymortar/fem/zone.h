@@ -143,6 +143,19 @@ public:
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
+  /// @brief Set the parts of nodal tractions that no equilibrium determines in
+  /// this step, and the accepted tractions  [theory (5.22)].
+  /// @param[in] parts Matrices, (multiplier nodes, gdim, gdim); empty: none
+  /// @param[in] accepted (multiplier nodes, gdim)
+  /// @param[in] kept Nonzero for components in which nothing is free there,
+  /// (multiplier nodes, gdim)
+  void set_unfelt(std::span<const double> parts,
+                  std::span<const double> accepted,
+                  std::span<const std::int8_t> kept)
+  {
+    _interface.set_unfelt(parts, accepted, kept);
+  }
+
   /// @brief Set whether the next residuals and tangents belong to a system from
   /// which multipliers are eliminated  [theory (4.31)].
   void set_eliminated(bool on) { _interface.set_eliminated(on); }
@@ -246,6 +259,13 @@ public:
   [[nodiscard]] const std::vector<FacetBlock>& held_facets() const
   {
     return _interface.damping().facets();
+  }
+
+  /// @brief Components of the traction that no free displacement feels in this
+  /// step: nonzero, (slave facets, gdim). Without a multiplier empty.
+  [[nodiscard]] const std::vector<std::int8_t>& unfelt() const
+  {
+    return _interface.damping().unfelt();
   }
 
 private:

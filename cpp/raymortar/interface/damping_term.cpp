@@ -25,6 +25,15 @@ std::vector<T> rows_of(const std::vector<T>& table, std::size_t width,
   return part;
 }
 
+/// Put rows of some facets into a table of all
+void put_rows(const std::vector<std::int8_t>& rows, std::size_t width,
+              const std::vector<Index>& facets, std::vector<std::int8_t>& table)
+{
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    table[static_cast<std::size_t>(facets[k / width]) * width + k % width] =
+        rows[k];
+}
+
 /// Some facets of a surface, with all its nodes and dofs, where it was
 Surface part_where_it_was(const Surface& s, const std::vector<Index>& facets)
 {
@@ -72,8 +81,9 @@ std::vector<Index> unknown(const std::vector<Index>& facets,
 /// Number held facets as the zone does
 HeldFacets with_numbers(HeldFacets held, const std::vector<Index>& facets)
 {
-  for (FacetBlock& one : held.facets)
-    one.slave = facets[static_cast<std::size_t>(one.slave)];
+  for (auto* const blocks : {&held.facets, &held.rest})
+    for (FacetBlock& one : *blocks)
+      one.slave = facets[static_cast<std::size_t>(one.slave)];
   return held;
 }
 
@@ -122,21 +132,53 @@ void DampingTerm::begin_step(const StepStart& start)
 {
   const auto facets = facets_with_held_nodes(start.state, start.fixed_slave);
   const HeldFacets near = look(start, facets, {});
-  const HeldFacets far = look(start, unknown(facets, near.known), start.extent);
-  _facets = _crossing;
+  const auto others = unknown(facets, near.known);
+  const HeldFacets far = look(start, others, start.extent);
+  _facets = _rest = _crossing;
   for (const HeldFacets* held : {&near, &far})
+  {
     _facets.insert(_facets.end(), held->facets.begin(), held->facets.end());
+    _rest.insert(_rest.end(), held->rest.begin(), held->rest.end());
+  }
+  _acting = _facets;
+  _gdim = start.state.slave.gdim;
+  const auto d = static_cast<std::size_t>(_gdim);
+  _unfelt.assign(static_cast<std::size_t>(start.state.slave.num_facets()) * d,
+                 0);
+  put_rows(near.unfelt, d, facets, _unfelt);
+  put_rows(far.unfelt, d, others, _unfelt);
+}
+
+void DampingTerm::set_kept(const Multipliers& m,
+                           std::span<const std::int8_t> kept)
+{
+  _acting = _facets;
+  if (kept.empty())
+    return;
+  const auto d = static_cast<std::size_t>(_gdim);
+  const std::size_t n = m.per_facet(static_cast<Index>(_unfelt.size() / d));
+  for (std::size_t k = 0; k < _facets.size(); ++k)
+  {
+    const auto f = static_cast<std::size_t>(_facets[k].slave);
+    bool all = true;
+    for (std::size_t i = 0; i < d; ++i)
+      for (std::size_t a = 0; a < n and _unfelt[f * d + i] != 0; ++a)
+        all = all and
+              kept[static_cast<std::size_t>(m.facet[f * n + a]) * d + i] != 0;
+    if (all)
+      _acting[k] = _rest[k];
+  }
 }
 
 Work DampingTerm::residual(const ContactState& s, VectorSink& sink) const
 {
-  add_facet_residuals(s, _facets, compliance(), sink);
+  add_facet_residuals(s, _acting, compliance(), sink);
   return {};
 }
 
 Work DampingTerm::tangent(const ContactState& s, MatrixSink& sink) const
 {
-  add_facet_tangents(s, _facets, compliance(), sink);
+  add_facet_tangents(s, _acting, compliance(), sink);
   return {};
 }
 } // namespace raymortar

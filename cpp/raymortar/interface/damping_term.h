@@ -27,7 +27,14 @@ public:
     _crossing = std::move(facets);
   }
 
+  /// @brief Set the nodes at which friction keeps what nothing feels, in this
+  /// step: facets with no other nodes leave it alone  [theory (5.23)].
+  /// @param[in] kept Nonzero where nothing is free, (multiplier nodes, gdim);
+  /// empty: nowhere
+  void set_kept(const Multipliers& m, std::span<const std::int8_t> kept);
+
   [[nodiscard]] DampingTerm* damping() override { return this; }
+
   void begin_step(const StepStart& start) override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
@@ -37,9 +44,27 @@ public:
     return _facets;
   }
 
+  /// @brief Of the same facets, the blocks that are assembled in this step,
+  /// without what the law keeps.
+  [[nodiscard]] const std::vector<FacetBlock>& acting() const
+  {
+    return _acting;
+  }
+
+  /// @brief Nonzero where neither a slave facet nor what it faces at the start
+  /// of the step is free to move in a component, (facets, gdim).
+  [[nodiscard]] const std::vector<std::int8_t>& unfelt() const
+  {
+    return _unfelt;
+  }
+
 private:
   double _modulus = 1.0;
+  int _gdim = 0;
   std::vector<FacetBlock> _crossing; ///< at cross points, of modulus 1
   std::vector<FacetBlock> _facets;   ///< all of them, of modulus 1
+  std::vector<FacetBlock> _rest;     ///< of the same, (5.23)
+  std::vector<FacetBlock> _acting;   ///< one or the other of each
+  std::vector<std::int8_t> _unfelt;
 };
 } // namespace raymortar

@@ -5,12 +5,19 @@
 #include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
+#include "raymortar/rigid/freedom.h"
 #include <algorithm>
+#include <cmath>
 
 namespace raymortar
 {
 namespace
 {
+/// Share of a facet that is rounding error
+constexpr double unmet = 1e-9;
+/// Part of a unit normal along some axes, up to which it is none
+constexpr double along = 1e-6;
+
 /// Integral of (v_a - Pi v_a)(v_b - Pi v_b) on a facet of area 1, Pi the
 /// projection on polynomials of one degree less
 template <class F>
@@ -51,6 +58,15 @@ struct Candidate
   bool has_met = false;
   Vec<F::gdim> opposite_held = Vec<F::gdim>::Zero();
   Vec<F::gdim> all = Vec<F::gdim>::Zero();
+  /// Area that has met any free node, by component, and all that has met
+  Vec<F::gdim> felt = Vec<F::gdim>::Zero();
+  double met = 0.0;
+
+  /// Whether neither this facet nor what lies opposite is free
+  [[nodiscard]] bool is_unfelt(int i) const
+  {
+    return held.row(i).sum() == F::dofs and felt[i] <= unmet * met;
+  }
 
   /// Share of what lies opposite that is held, in [0, 1]; 0 for components that
   /// are not held here [theory (5.6)]
@@ -113,6 +129,36 @@ Vec<D> held_opposite(const Surface& master, Index facet, const Vec<2>& eta,
   return held;
 }
 
+/// By component, 1 where a master facet is free
+template <int D>
+Vec<D> free_opposite(const Surface& master, Index facet,
+                     std::span<const double> fixed)
+{
+  Vec<D> free = Vec<D>::Zero();
+  Eigen::Index k = 0;
+  for_facet_dofs(master, facet,
+                 [&](std::size_t dof)
+                 {
+                   if (fixed[dof] == 0.0)
+                     free[k % D] = 1.0;
+                   ++k;
+                 });
+  return free;
+}
+
+/// By component, 1 where a tool is free
+template <int D>
+Vec<D> free_motion(const PlacedTool& tool)
+{
+  Vec<D> free = Vec<D>::Zero();
+  if (const Freedom* const freedom = freedom_of(tool))
+    for (const Freedom::Rate& rate : freedom->rates)
+      for (int i = 0; i < D; ++i)
+        if (rate.drift[i] != 0.0 or not rate.spin.row(i).isZero(0.0))
+          free[i] = 1.0;
+  return free;
+}
+
 template <class F>
 void look_opposite(const ContactState& s, std::span<const double> fixed_master,
                    std::vector<Candidate<F>>& found)
@@ -133,10 +179,41 @@ void look_opposite(const ContactState& s, std::span<const double> fixed_master,
         s.has_tools() ? Vec<F::gdim>::Ones().eval()
                       : held_opposite<F::gdim>(s.master, s.hits.master[q],
                                                s.hits.eta[q], fixed_master);
+    const auto met = static_cast<std::size_t>(s.hits.master[q]);
+    one->felt +=
+        s.points.area[q] *
+        (s.has_tools() ? free_motion<F::gdim>(s.tools[met])
+                       : free_opposite<F::gdim>(s.master, s.hits.master[q],
+                                                fixed_master));
+    one->met += s.points.area[q];
     one->has_met = true;
     one->all += at_held;
     one->opposite_held += at_held.cwiseProduct(held);
   }
+}
+
+/// Weights where friction keeps what nothing feels of a traction along the
+/// surface (5.22); of a pressure that nothing feels nothing else tells
+/// [theory (5.23)]
+template <class F>
+Mat<F::gdim, F::gdim> frictional_weights(const Candidate<F>& one,
+                                         const Vec<F::gdim>& n)
+{
+  Vec<F::gdim> damped = one.share();
+  Vec<F::gdim> pressure = Vec<F::gdim>::Zero();
+  double moves = 0.0;
+  for (int i = 0; i < F::gdim; ++i)
+    if (one.is_unfelt(i))
+    {
+      pressure[i] = std::sqrt(damped[i]) * n[i];
+      damped[i] = 0.0;
+    }
+    else
+      moves = std::hypot(moves, n[i]);
+  Mat<F::gdim, F::gdim> W = damped.asDiagonal();
+  if (moves <= along)
+    W += pressure * pressure.transpose();
+  return W;
 }
 
 /// Weights of the multiplier's components, (components, components)
@@ -162,13 +239,16 @@ Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
 
 template <class F>
 FacetBlock damping(const ContactState& s, double modulus,
-                   const Candidate<F>& one)
+                   const Candidate<F>& one, bool is_kept = false)
 {
   const auto frame = frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave),
                                  middle_of_reference<F>());
   const double area = s.points.whole[one.slave];
   const double size = s.points.width[one.slave];
-  const Eigen::MatrixXd W = size * area / modulus * weights<F>(s, one, frame.n);
+  const Eigen::MatrixXd W =
+      size * area / modulus *
+      (is_kept ? Eigen::MatrixXd(frictional_weights<F>(one, frame.n))
+               : weights<F>(s, one, frame.n));
   const Mat<F::dofs, F::dofs> S = roughness<F>();
   const Eigen::Index m = W.rows();
   FacetBlock facet{one.slave, {}};
@@ -184,15 +264,10 @@ bool may_be_damped(const ContactState& s)
          (s.slave.degree == 1 or s.slave.gdim == 2);
 }
 
-/// Rollers along the surface
-void leave_out_zeros(std::vector<FacetBlock>& facets)
+bool is_zero(const FacetBlock& f)
 {
-  std::erase_if(facets,
-                [](const FacetBlock& f)
-                {
-                  return std::all_of(f.block.begin(), f.block.end(),
-                                     [](double v) { return v == 0.0; });
-                });
+  return std::all_of(f.block.begin(), f.block.end(),
+                     [](double v) { return v == 0.0; });
 }
 } // namespace
 
@@ -200,7 +275,7 @@ std::vector<Index> facets_with_held_nodes(const ContactState& s,
                                           std::span<const double> fixed_slave)
 {
   std::vector<Index> facets;
-  if (not may_be_damped(s))
+  if (s.multipliers.components == 0)
     return facets;
   const auto add = [&]<class F>(F)
   {
@@ -217,27 +292,37 @@ void find_held_facets(const ContactState& s,
                       std::span<const double> fixed_master, double modulus,
                       HeldFacets& held)
 {
-  if (not may_be_damped(s))
+  if (s.multipliers.components == 0)
     return;
-  held.known.resize(s.slave.num_facets(), 0);
+  const auto facets = static_cast<std::size_t>(s.slave.num_facets());
+  const auto d = static_cast<std::size_t>(s.slave.gdim);
+  held.known.resize(facets, 0);
+  held.unfelt.resize(facets * d, 0);
   const auto add = [&]<class F>(F)
   {
-    if constexpr (F::degree == 1 or F::tdim == 1)
+    auto found = candidates<F>(s.slave, fixed_slave, held.known);
+    if (found.empty())
+      return;
+    look_opposite<F>(s, fixed_master, found);
+    for (const Candidate<F>& one : found)
     {
-      auto found = candidates<F>(s.slave, fixed_slave, held.known);
-      if (found.empty())
-        return;
-      look_opposite<F>(s, fixed_master, found);
-      for (const Candidate<F>& one : found)
-      {
-        held.known[one.slave] = one.has_met;
-        if (not one.share().isZero(0.0))
-          held.facets.push_back(damping<F>(s, modulus, one));
-      }
+      held.known[one.slave] = one.has_met;
+      for (int i = 0; i < F::gdim; ++i)
+        held.unfelt[static_cast<std::size_t>(one.slave) * d +
+                    static_cast<std::size_t>(i)] = one.is_unfelt(i);
+      if constexpr (F::degree == 1 or F::tdim == 1)
+        if (may_be_damped(s) and not one.share().isZero(0.0))
+        {
+          const FacetBlock full = damping<F>(s, modulus, one);
+          if (is_zero(full))
+            continue; // rollers along the surface
+          held.facets.push_back(full);
+          held.rest.push_back(s.friction ? damping<F>(s, modulus, one, true)
+                                         : full);
+        }
     }
   };
   with_facet_type(s.slave, add);
-  leave_out_zeros(held.facets);
 }
 
 std::vector<FacetBlock>

@@ -11,15 +11,20 @@ namespace raymortar
 struct HeldFacets
 {
   std::vector<FacetBlock> facets;
+  /// Of the same facets, what is left where friction keeps what nothing feels
+  /// [theory (5.23)]
+  std::vector<FacetBlock> rest;
   /// Facets that have no held node or have met a master, (facets,)
   std::vector<std::int8_t> known;
+  /// Nonzero where neither the facet nor what it faces is free to move in a
+  /// component, (facets, gdim)
+  std::vector<std::int8_t> unfelt;
 };
 
-/// @brief Slave facets whose multiplier would be damped where what lies
-/// opposite is held too: some of their nodes are, ascending.
+/// @brief Slave facets that are damped where what lies opposite is held too, or
+/// do not feel some component then: some of their nodes are held, ascending.
 ///
-/// None where the multiplier has a lower degree than the displacement: it is
-/// stable without.
+/// None without a multiplier.
 /// @param[in] fixed_slave Nonzero where a component is held, (dofs, gdim)
 [[nodiscard]] std::vector<Index>
 facets_with_held_nodes(const ContactState& s,

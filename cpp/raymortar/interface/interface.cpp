@@ -257,6 +257,15 @@ void Interface::set_multiplier(std::span<const double> values)
   _state.multipliers.value.assign(values.begin(), values.end());
 }
 
+void Interface::set_unfelt(std::span<const double> parts,
+                           std::span<const double> accepted,
+                           std::span<const std::int8_t> kept)
+{
+  damping().set_kept(_state.multipliers, kept);
+  _state.multipliers.unfelt.assign(parts.begin(), parts.end());
+  _state.multipliers.accepted.assign(accepted.begin(), accepted.end());
+}
+
 void Interface::set_gamma(std::span<const double> gamma, double scale,
                           PairFactors factors)
 {

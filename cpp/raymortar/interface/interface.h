@@ -81,6 +81,11 @@ public:
   /// @brief Nodal tractions, (multiplier nodes, components).
   void set_multiplier(std::span<const double> values);
 
+  /// @brief See Zone::set_unfelt.
+  void set_unfelt(std::span<const double> parts,
+                  std::span<const double> accepted,
+                  std::span<const std::int8_t> kept);
+
   /// @brief See Zone::set_eliminated.
   void set_eliminated(bool on) { _state.eliminated = on; }
 

@@ -38,6 +38,7 @@ struct NodeState : FrictionState<D, M>
   double unit;   ///< the row is A C over it  [theory (4.25), (4.31)]
   double length; ///< of the sum of normals
   NodeTie<D> tie;
+  Mat<D, D> unfelt = Mat<D, D>::Zero(); ///< part of the multiplier
 
   NodeState(const ContactState& s, Index node) : tie(*s.node_sums, node)
   {
@@ -57,6 +58,7 @@ struct NodeState : FrictionState<D, M>
         eliminated ? sums.at(node, NodeSum::whole_gamma) / whole : this->gamma;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
+    set_unfelt(s, node);
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
     double taken = tie.value[0];
     if constexpr (M == D)
@@ -74,6 +76,22 @@ struct NodeState : FrictionState<D, M>
   }
 
 private:
+  /// Where no equilibrium tells the multiplier, friction carries on from the
+  /// accepted one  [theory (5.22)]
+  void set_unfelt(const ContactState& s, Index node)
+  {
+    using Rows = Eigen::Matrix<double, D, D, Eigen::RowMajor>;
+    const Multipliers& m = s.multipliers;
+    if constexpr (M == D)
+      if (not m.unfelt.empty())
+      {
+        const auto k = static_cast<std::size_t>(node);
+        unfelt = Eigen::Map<const Rows>(m.unfelt.data() + k * D * D);
+        const Eigen::Map<const Vec<D>> accepted(m.accepted.data() + k * D);
+        this->spring = unfelt * (accepted - this->lam);
+      }
+  }
+
   void set_friction(const ContactState& s, Index node)
   {
     this->friction = *s.friction;
@@ -121,6 +139,7 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_tie = -c.by_g;
   if constexpr (requires { r.C_w; })
   {
+    c.by_lam -= at.area / unit * r.C_spring * at.unfelt;
     c.by_w = r.C_w / unit;
     c.by_tie += c.by_w;
     c.by_coefficient = r.C_coefficient / unit;

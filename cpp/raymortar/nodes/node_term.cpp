@@ -86,7 +86,7 @@ void add_ties(const ContactState& s, const std::vector<FacetBlock>& ties,
 
 std::vector<FacetBlock> NodeTerm::held_ties() const
 {
-  std::vector<FacetBlock> ties = _damping.facets();
+  std::vector<FacetBlock> ties = _damping.acting();
   for (FacetBlock& one : ties)
     for (double& value : one.block)
       value *= _damping.compliance();

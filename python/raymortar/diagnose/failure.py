@@ -90,7 +90,11 @@ def describe(problem: CoupledProblem) -> str:
     rigid, softer = list[str](), list[str]()
     for part in contact.parts:
         held = rigid_slaves(part.surfaces, fixed)
-        rigid += [zone.facets.spoken for zone in held.values()]
+        rigid += [
+            f"all of {slave.zone.facets.spoken} is {slave.prescribed}"
+            for k, slave in held.items()
+            if k not in part.surfaces.exchanged
+        ]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
     excess = [one.excess for one in contact.contacts if one.excess is not None]
@@ -121,8 +125,8 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `rigid` are slaves that are prescribed throughout, on masters
-    that move, `swaps` proposals for slaves that are too fine for their masters, and
+    friction alone resists. `rigid` tell of slaves that are prescribed, on masters that
+    move, `swaps` are proposals for slaves that are too fine for their masters, and
     `sprung` sentences on bodies that have moved far on springs alone.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
@@ -142,9 +146,7 @@ def describe_failure(
     elif unheld:
         proposals = ways_to_hold(in_use)
     elif rigid:
-        proposals = [
-            f"the other body as the slave: all of {', '.join(rigid)} is prescribed"
-        ]
+        proposals = [f"the other body as the slave: {', '.join(rigid)}"]
     elif excess:
         proposals = ["a smaller interference"]
     elif not statistics.hits and not diverged:

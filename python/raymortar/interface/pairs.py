@@ -47,6 +47,13 @@ class Pair:
         return "({}, {})".format(*self._shown)
 
     @property
+    def is_named(self) -> bool:
+        """Whether the user has named one of its sides, or both."""
+        tool = self.master if isinstance(self.master, Body) else None
+        named = self.master_name is not None if tool is None else tool.is_named
+        return named or self.slave_name is not None
+
+    @property
     def hit(self) -> int | str | Body:
         """The side that rays hit: the master, unless sides are exchanged."""
         return self.slave if self.is_exchanged else self.master

@@ -23,13 +23,14 @@ from ..errors import (
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..rigid.body import Body, require_same_loads
-from ..state import Owner, Quantity, common, of_function
+from ..state import Owner, Quantity, common, of_array, of_function
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
 from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
+from .unfelt import UnfeltParts
 from .zone_data import ZoneData, on_sides, opposite_points
 
 
@@ -51,8 +52,8 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
-    has_friction
-        Whether the contact has friction.
+    has_friction, unfelt
+        Whether the contact has friction, and parts of the multiplier that nothing feels.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -86,6 +87,7 @@ class PresentState:
         if isinstance(options.method, Penalty) and options.method.exact:
             self._augmentation = Augmentation(self._zones, surfaces.scalar)
         self.u_old = self._u.x.array.copy()
+        self.unfelt = UnfeltParts(surfaces)
         self._is_sent = False
         self._dt = 1.0
         self._watches_arcs = bool(options.smooth)
@@ -150,7 +152,7 @@ class PresentState:
         """Send the history to the zones if it has changed."""
         self.updates += 1
         self.revision += 1
-        for one in self.followers:
+        for one in list(self._followers.values()):  # each tangent asks
             one.bring()
         if self._is_sent or self._surfaces.tied is not None:
             return
@@ -161,6 +163,7 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+        self.unfelt.send(self.u_old)
         self._is_sent = True
 
     def end_update(self, is_accepted: bool) -> None:
@@ -194,6 +197,7 @@ class PresentState:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
         self.u_old[:] = self._u.x.array
+        self.unfelt.accept()
         self.steps += 1
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
@@ -257,6 +261,12 @@ class PresentState:
         if self._multiplier is not None:
             name = f"multiplier {number}"
             yield of_function(name, self._multiplier, is_unknown=True)
+            if self.has_friction:
+                yield of_array(
+                    f"accepted multiplier {number}",
+                    self.unfelt.accepted,
+                    self._multiplier.function_space,
+                )
         if self._slip is not None:
             yield of_function(f"slip {number}", self._slip, may_lack=True)
         if self._augmentation is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mpi4py import MPI
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..compat import Mask
+from ..compat import Indices, Mask
 from ..discretization.facets import N_CORNERS, middle_normals, units
 from ..discretization.ranks import marked_everywhere, sums_at
 from ..discretization.surfaces import Surface, facet_lengths, vector_areas
@@ -215,18 +215,56 @@ def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
     return bool(held[0]), bool(held[1])
 
 
-def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, ZoneData]:
-    """Find slaves that are prescribed throughout, on masters that are not, by number.
-    Collective."""
+@dataclass(frozen=True)
+class RigidSlave:
+    """A slave with tractions that its master balances alone."""
+
+    zone: ZoneData
+    components: Indices  # of the displacement that are prescribed at all of its nodes
+
+    @property
+    def prescribed(self) -> str:
+        """Say what is prescribed: nothing more where all is."""
+        if len(self.components) == self.zone.facets.slave_surface.gdim:
+            return "prescribed"
+        return "prescribed along " + ", ".join("xyz"[i] for i in self.components)
+
+
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlave]:
+    """Find slaves, as the user gave them, that are prescribed throughout, on masters that
+    are not, by number. Collective.
+
+    With friction it is enough that they are where the master is free along the surface:
+    the traction has these components, too.
+    """
     if surfaces.multiplier is None or not surfaces.zones:
         return {}
-    fixed = [[_fixed(s, marker).all() for s in zone.sides] for zone in surfaces.zones]
+    fixed = [
+        [_fixed(side, marker).all(axis=0) for side in zone.sides]
+        for zone in surfaces.zones
+    ]
     held = np.array(fixed, dtype=np.int32)
-    surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MIN)
-    found = zip(surfaces.zones, held)
-    return {
-        k: z for k, (z, (slave, master)) in enumerate(found) if slave and not master
-    }
+    across = np.array([_normal_axis(zone) for zone in surfaces.zones], dtype=np.int32)
+    for marks in (held, across):
+        surfaces.comm.Allreduce(MPI.IN_PLACE, marks, op=MPI.MIN)
+    found = {}
+    for k, (zone, sides, normal) in enumerate(
+        zip(surfaces.zones, held > 0, across > 0)
+    ):
+        slave, master = sides[::-1] if k in surfaces.exchanged else sides
+        slides = ~master & ~normal  # where the master is free along the surface
+        throughout = slave.all() and not master.all()
+        along = zone.frictional and slides.any() and slave[slides].all()
+        if throughout or along:
+            found[k] = RigidSlave(zone, np.flatnonzero(slave))
+    return found
+
+
+def _normal_axis(zone: ZoneData) -> Mask:
+    """Mark the axis along which the normals of all slave facets are, (d,)."""
+    surface = zone.facets.slave_surface
+    normals = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
+    return (np.abs(normals) > FLAT).all(axis=0)
 
 
 def warn_of_finer_rigid_slaves(
@@ -241,12 +279,18 @@ def warn_of_finer_rigid_slaves(
     if surfaces.tied is not None:
         return
     rigid = rigid_slaves(surfaces, marker)
-    ratios = {k: distance_ratio(zone, surfaces) for k, zone in rigid.items()}
+    ratios = {
+        k: distance_ratio(one.zone, surfaces)
+        for k, one in rigid.items()
+        if k not in surfaces.exchanged
+    }
     finer = {k: ratio for k, ratio in ratios.items() if ratio > CLOSEST}
     for k, ratio in (finer | dict(surfaces.exchanged)).items():
         own = [pair for pair in pairs if pair.surface == k]
         swapped = in_other_order(own)
         slave = spoken(own[0].slave_name, own[0].slave)
+        # Other conditions than those for which sides were exchanged may hold less
+        prescribed = rigid[k].prescribed if k in rigid else "prescribed"
         remedy = f"give the sides in the other order, {swapped}"
         if k in surfaces.exchanged:
             remedy = (
@@ -254,7 +298,7 @@ def warn_of_finer_rigid_slaves(
                 "the master, and with forces by the names given"
             )
         warn(
-            f"all of slave {slave} is prescribed, and its nodes are {ratio:.3g} times as "
+            f"all of slave {slave} is {prescribed}, and its nodes are {ratio:.3g} times as "
             "close as those of its master, which may not balance so many tractions: "
             f"{remedy}",
         )
@@ -299,12 +343,13 @@ def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
             )
 
 
-def refuse_held(surfaces: ContactSurfaces) -> None:
-    """Raise where the multiplier is in no equation. Collective.
+def refuse_held(surfaces: ContactSurfaces, unfelt: Mask | None) -> None:
+    """Raise where the pressure is in no equation. Collective.
 
     That is where contact is closed all around a node of the multiplier, between facets
     whose displacement is prescribed on both sides, and no damped facet ties it to
-    another node.
+    another node; or where nothing is free along the normal (nodes are marked, None: none
+    is).
     """
     assert surfaces.multiplier is not None
     W, shares, ties = surfaces.multiplier.function_space, [], []
@@ -319,6 +364,8 @@ def refuse_held(surfaces: ContactSurfaces) -> None:
         partly = np.flatnonzero((share > 0.0) & (share < 1.0))
         ties.append(table[np.union1d(zone.cpp.held_facets(), partly)])
     known, closed = sums_at(W.dofmap.index_map, 2, *shares).T
+    if unfelt is not None:
+        known[unfelt] = 0.0
     for rows in ties:  # mark nodes that share a damped facet with a marked one
         known[rows[(known[rows] > 0.0).any(axis=1)]] = 1.0
     every, n = np.arange(len(known)), W.dofmap.index_map.size_local

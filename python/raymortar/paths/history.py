@@ -39,7 +39,7 @@ from .patch_columns import (
     patch_columns,
     torque_columns,
 )
-from .records import checked, numbers, read_records
+from .records import checked, numbers, present_name, read_records
 
 # First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
@@ -94,13 +94,15 @@ class History:
         - ``active``: integration points in contact; ``min_gap`` (length; NaN where
           the bodies are out of reach), ``max_pressure``: over these points,
           of dual multipliers over nodes;
-        - ``force_0_x``, ...: contact force on slave surface 0; with friction its parts
-          ``normal_0_x``, ... and ``tangential_0_x``, ...; with several contacts the
-          numbers continue, in the order of the problem's list;
-        - ``radial_0``, ...: if contact is axisymmetric, see `results.Resultant`;
-        - ``force_<slave>_<master>_x``, ...: the same of every pair that has names, or
-          whose slave has several masters, by the names or else the tags of its
-          surfaces (`Pair.label`): ``force_ring_plate_x``, ``force_3_7_x``;
+        - ``force_ring_plate_x``, ...: contact force on the slave of a pair, by the names
+          of slave and master, or else their tags (`Pair.label`). A pair without a name
+          that you gave has the number of its slave surface: ``force_0_x``, ...; with
+          several contacts the numbers continue, in the order of the problem's list. A
+          slave with several masters has columns of each pair by its label, and those of
+          their sum by its number;
+        - ``normal_ring_plate_x``, ..., ``tangential_ring_plate_x``, ...: with friction the
+          parts of that force; ``radial_ring_plate``: if contact is axisymmetric, see
+          `results.Resultant`;
         - ``force_on_<name>_x``, ...: with ``pairs="all"`` the contact force on every
           tag and every body without one, named as in `Interaction.meetings`;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
@@ -109,10 +111,10 @@ class History:
           ``rotation_<name>_x``: its motion; ``work_<name>``: its work on the slaves so
           far, by the mean of each step's forces. In 2D ``moment_<name>`` and
           ``rotation_<name>`` are numbers;
-        - ``area_0``, ``centre_0_x``, ..., ``max_pressure_0`` (`patches`; NaN where nothing
-          presses), ``torque_<axis>_0`` (`axes`): of surfaces and pairs, as forces are;
-          ``work_<name>`` (`works`): so far, by the mean of each step's forces at each
-          node;
+        - ``area_ring_plate``, ``centre_ring_plate_x``, ..., ``max_pressure_ring_plate``
+          (`patches`; NaN where nothing presses), ``torque_<axis>_ring_plate`` (`axes`): of
+          pairs and surfaces, as forces are; ``work_<name>`` (`works`): so far, by the mean
+          of each step's forces at each node;
         - ``energy``; with friction ``friction_work``: the work that tangential
           tractions have taken so far; with a penalty ``stored_normal`` and, with
           friction, ``stored_tangential``: `Contact.stored_energy`. The work of the loads
@@ -158,6 +160,8 @@ class History:
         require_agreement(self._comm, symmetry=self.symmetry)
         self._more = dict(more)
         self._dim: int = problem.contact.u.function_space.mesh.geometry.dim
+        # Label in the columns by the one that a pair had beside it
+        self._other_names: dict[str, str] = {}
         parts = self._parts()
         self._works = SupportWork(problem, works)
         self._sources = list(self._own_columns(supports, forms, parts))
@@ -205,21 +209,21 @@ class History:
         return row | {name: factor * row[name] for name in self._sums}
 
     def _parts(self) -> list[Part]:
-        """List slave surfaces, and pairs that have names or share their slave."""
-        contact = self.problem.contact
-        one, zones = contact, contact.zones
-        found: list[Part] = [
-            (str(i), i, None, partial(one.resultant, i, None))
-            for i in range(len(zones))
-        ]
-        numbers = [pair.surface for pair in contact.pairs]
-        for k, pair in enumerate(contact.pairs):
-            i = pair.surface
-            if zones[i].facets.meets_itself:  # its forces add up to zero
-                continue
-            if pair.slave_name or pair.master_name or numbers.count(i) > 1:
-                master = zones[i].facets.master_tags.index(pair.hit)
-                found.append((pair.label, i, master, partial(one.of_pair, k)))
+        """List what has columns: slave surfaces, and the pairs of those that meet several
+        masters. A surface of one pair goes by that pair's name, if it has one."""
+        contact, found = self.problem.contact, list[Part]()
+        for i, zone in enumerate(contact.zones):
+            own = [(k, p) for k, p in enumerate(contact.pairs) if p.surface == i]
+            label, other = str(i), own[0][1].label
+            if len(own) == 1:
+                if own[0][1].is_named and not zone.facets.meets_itself:
+                    label, other = other, label
+                self._other_names[other] = label
+                own = []
+            found.append((label, i, None, partial(contact.resultant, i, None)))
+            for k, pair in own:
+                master = zone.facets.master_tags.index(pair.hit)
+                found.append((pair.label, i, master, partial(contact.of_pair, k)))
         return found
 
     def _own_columns(
@@ -239,7 +243,7 @@ class History:
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
-        for label, _, _, find in parts[: len(zones) * contact.axisymmetric]:
+        for label, _, _, find in parts if contact.axisymmetric else ():
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())
@@ -331,11 +335,8 @@ class History:
 
     def __getitem__(self, column: str) -> Array:
         """A column over all records, (n,)."""
-        if column not in self.columns:
-            raise ContactError(
-                f"a history has no column {column!r}, but {', '.join(self.columns)}"
-            )
-        return np.array([getattr(row, column) for row in self.rows])
+        name = present_name(column, self.columns, self._other_names)
+        return np.array([getattr(row, name) for row in self.rows])
 
     def vectors(self, name: str) -> Array:
         """Columns of a vector over all records, such as ``"force_0"``, (n, d)."""

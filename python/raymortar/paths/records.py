@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import re
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -49,3 +51,18 @@ def read_records(path: Path | None, columns: Sequence[str]) -> list[list[float]]
     if tuple(head) != tuple(columns):
         raise ContactError(f"{path} has other columns than this history")
     return checked(rows, len(columns))
+
+
+def present_name(column: str, columns: Sequence[str], former: Mapping[str, str]) -> str:
+    """Name of a column, which may be asked for by the one that it had beside it: then
+    `former` has the label that is in the name now."""
+    if column in columns:
+        return column
+    for other, label in former.items():
+        name = re.sub(f"_{other}(?=_[xyz]$|$)", f"_{label}", str(column))
+        if name in columns:
+            text = f"the column {column!r} of a history is now {name!r}"
+            warnings.warn(text, DeprecationWarning, stacklevel=3)
+            return name
+    listed = ", ".join(columns)
+    raise ContactError(f"a history has no column {column!r}, but {listed}")

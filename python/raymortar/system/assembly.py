@@ -267,6 +267,7 @@ class ContactAssembly:
             marker = now.u.astype(np.float64)
             for zone in self.zones:
                 zone.cpp.set_fixed(*on_sides(zone, marker))
+            self.present.unfelt.send(self.present.u_old)
             for zone, shear_modulus in zip(self.zones, now.shear_moduli):
                 zone.cpp.set_shear_modulus(shear_modulus)
             for zone, modulus in zip(self.zones, now.moduli):
@@ -322,5 +323,7 @@ class ContactAssembly:
     def refuse_held(self, bcs: Sequence[Any]) -> None:
         """Raise where conditions leave a tangent without a solution. Collective."""
         self.prescribed(bcs)
-        if self._prescribed is not None and self._prescribed.some_held:
-            refuse_held(self.surfaces)
+        unfelt = self.present.unfelt.normals
+        some_held = self._prescribed is not None and self._prescribed.some_held
+        if some_held or unfelt is not None:
+            refuse_held(self.surfaces, unfelt)

@@ -144,6 +144,7 @@ class Condensation:
             matrix.assemble()
         self._fixed: Mask | None = None
         self._held = np.zeros(self._count, dtype=bool)
+        self._kept = np.zeros(self._count, dtype=bool)
         self._extends: PETSc.Mat | None = None
 
     # Rows
@@ -201,21 +202,37 @@ class Condensation:
         """Take which owned unknowns of the user are prescribed. Collective.
 
         The multiplier of a node whose rows they prescribe is not determined: it extends
-        those of the nodes next to it.
+        those of the nodes next to it, or is kept if the master does not feel it either.
         """
-        same = self._fixed is not None and np.array_equal(fixed, self._fixed)
-        self._fixed = fixed.copy()
+        kept = self._unfelt()
+        same = (
+            self._fixed is not None
+            and np.array_equal(fixed, self._fixed)
+            and np.array_equal(kept, self._kept)
+        )
+        self._fixed, self._kept = fixed.copy(), kept
         if self._comm.allreduce(int(not same)) == 0:
             return
         self._held = product(self.tests, fixed.astype(float)) > 0.0
         free = product(self._near, (~self._held).astype(float)) > 0.0
-        alone = self._comm.allreduce(int((self._held & ~free).sum()))
+        alone = self._comm.allreduce(int((self._held & ~self._kept & ~free).sum()))
         if alone:
             raise SetUpError(
                 f"{alone} multipliers of a condensed contact are at slave nodes that "
                 "conditions prescribe, with none beside them that is free: swap slave "
                 "and master, or solve by raymortar.NonlinearProblem"
             )
+
+    def _unfelt(self) -> Mask:
+        """Tell which owned multipliers no free displacement feels [theory (5.22)]."""
+        found = []
+        for part in self._system.parts:
+            nodes, m = part.layout.owned_multipliers, part.layout.components
+            mask = part.present.unfelt.along
+            if mask is None or m == 1:
+                mask = np.zeros((len(part.present.unfelt.accepted), m), dtype=bool)
+            found.append(mask[nodes].ravel())
+        return np.concatenate(found)
 
     def weigh(self) -> None:
         """Take what nodes weigh at the last pairing. Collective."""
@@ -229,6 +246,10 @@ class Condensation:
         self._found = (weights > 0.0) & ~self._held
         self._by_force = np.zeros(self._count)
         self._by_force[self._found] = 1.0 / (weights * scales)[self._found]
+        # The law of a kept one is minus it, but for what it does not depend on
+        rest = self._held & self._kept & (weights > 0.0)
+        self._by_own_law = np.zeros(self._count)
+        self._by_own_law[rest] = (gammas / (weights * scales**2))[rest]
         # An open node then has the force that its row gives
         self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)
@@ -240,7 +261,7 @@ class Condensation:
         if self._extends is not None:
             self._extends.destroy()
             self._extends = None
-        extends = self._held & covered
+        extends = self._held & ~self._kept & covered
         if self._comm.allreduce(int(extends.sum())) == 0:
             return
         known = self._found.astype(float)
@@ -258,17 +279,22 @@ class Condensation:
 
     def change(self, b: Array, lam: Array) -> Array:
         """Find how multipliers have to change to balance slave nodes, from the residual of
-        all unknowns [theory (4.30)]: those of held nodes extend the others. Collective.
+        all unknowns [theory (4.30)]: those of held nodes extend the others. Kept ones
+        do not change, see `changes_of_kept`. Collective.
         """
         found = self._by_force * product(self.tests, b[: self.n]) + self._found * lam
         if self._extends is not None:
             found = product(self._extends, found)
-        return found - lam
+        return np.where(self._kept & self._held, 0.0, found - lam)
 
     def unbalance(self, b: Array) -> float:
         """Norm of the forces on slave nodes, of a residual of all unknowns. Collective."""
         forces = self._found * product(self.tests, b[: self.n])
         return float(np.sqrt(self._comm.allreduce(float(forces @ forces))))
+
+    def changes_of_kept(self, b: Array) -> Array:
+        """Find by how much kept multipliers miss their law, in a residual of all."""
+        return self._by_own_law * b[self.n :]
 
     def residual(self, b: Array) -> Array:
         """Rows of the user's unknowns from those of all, which multipliers are eliminated
@@ -285,6 +311,7 @@ class Condensation:
         if self._extends is not None:
             change, inner = self._extends.matMult(change), change
             inner.destroy()
+        self._add_kept(change, lu, ll)
         eliminated = self._eliminated(ul, ll)
         law = self._law.copy()
         scale(law, None, self._by_law)
@@ -297,6 +324,18 @@ class Condensation:
         uu.axpy(1.0, through, _OTHER)
         destroy(ul, lu, ll, law, through)
         return uu, change, eliminated
+
+    def _add_kept(self, change: PETSc.Mat, lu: PETSc.Mat, ll: PETSc.Mat) -> None:
+        """Add derivatives of kept multipliers, by their law, to those of the others."""
+        if self._comm.allreduce(int(self._by_own_law.any())) == 0:
+            return
+        by_others = ll.matMult(change)
+        for of_law in (lu, by_others):
+            rows = of_law.copy()
+            scale(rows, self._by_own_law, None)
+            change.axpy(1.0, rows, _OTHER)
+            rows.destroy()
+        by_others.destroy()
 
     def _eliminated(self, forces: PETSc.Mat, law: PETSc.Mat) -> Eliminated:
         """Take what preconditioners need of a tangent's columns by multipliers."""

@@ -150,6 +150,14 @@ void expect_blocks(const ContactState& s, const HeldFacets& held,
 
 double whole(Index) { return 1.0; }
 
+/// With what is left where friction keeps what nothing feels, (5.23)
+HeldFacets rest_of(HeldFacets held)
+{
+  EXPECT_EQ(held.facets.size(), held.rest.size());
+  held.facets = held.rest;
+  return held;
+}
+
 template <class F>
 class HeldFacetsTest : public testing::Test
 {
@@ -169,10 +177,51 @@ TYPED_TEST(HeldFacetsTest, WhatIsHeldOnBothSidesIsDampedInFull)
   { return find<F>(s, law, everything<F>, everything<F>); };
   expect_blocks<F>(s, found(Law::friction), Mat<D, D>::Identity(), whole);
   const Vec<D> n = Vec<D>::Unit(D - 1);
+  expect_blocks<F>(s, rest_of(found(Law::friction)), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::vector), n * n.transpose(), whole);
   expect_blocks<F>(s, found(Law::scalar), Eigen::MatrixXd::Ones(1, 1), whole);
   for (const std::int8_t known : found(Law::vector).known)
     EXPECT_EQ(known, 1);
+}
+
+TYPED_TEST(HeldFacetsTest, ComponentsAreUnfeltWhereBothSidesHoldThem)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const Held<F> first = [](const Vec<D>&) { return Vec<D>::Unit(0); };
+  const auto expect_unfelt =
+      [&](const Held<F>& slave, const Held<F>& master, const Vec<D>& expected)
+  {
+    const auto found = find<F>(s, Law::friction, slave, master).unfelt;
+    ASSERT_EQ(found.size(), s.slave.facet_id.size() * D);
+    for (std::size_t k = 0; k < found.size(); ++k)
+      EXPECT_EQ(found[k], expected[static_cast<int>(k % D)]);
+  };
+  expect_unfelt(everything<F>, everything<F>, Vec<D>::Ones());
+  expect_unfelt(everything<F>, first, Vec<D>::Unit(0));
+  expect_unfelt(first, everything<F>, Vec<D>::Unit(0));
+  expect_unfelt(everything<F>, nothing<F>, Vec<D>::Zero());
+  expect_unfelt(nothing<F>, everything<F>, Vec<D>::Zero());
+}
+
+TYPED_TEST(HeldFacetsTest, OneFreeNodeOfAFacetFeelsAComponent)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const double edge = s.slave.nodes<F>(s.slave.X, 0).row(0).minCoeff();
+  const Held<F> inside = [&](const Vec<D>& x) -> Vec<D>
+  { return Vec<D>::Constant(x[0] > edge + 1e-9 ? 1.0 : 0.0); };
+  const auto found = find<F>(s, Law::friction, inside, everything<F>).unfelt;
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    const auto x = s.slave.nodes<F>(s.slave.X, f);
+    const bool is_free = (x.row(0).array() < edge + 1e-9).any();
+    EXPECT_EQ(found[static_cast<std::size_t>(f) * D], is_free ? 0 : 1);
+  }
 }
 
 TYPED_TEST(HeldFacetsTest, FreeMasterBalancesAll)
@@ -197,8 +246,50 @@ TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceCountWithFrictionOnly)
   const Held<F> rollers = [&](const Vec<D>&) { return along; };
   for (const Law law : {Law::vector, Law::scalar})
     EXPECT_TRUE(find<F>(s, law, rollers, everything<F>).facets.empty());
-  expect_blocks<F>(s, find<F>(s, Law::friction, rollers, everything<F>),
-                   along.asDiagonal().toDenseMatrix(), whole);
+  const auto found = find<F>(s, Law::friction, rollers, everything<F>);
+  expect_blocks<F>(s, found, along.asDiagonal().toDenseMatrix(), whole);
+  // Unless the law keeps what they leave unfelt
+  expect_blocks<F>(s, rest_of(found), Mat<D, D>::Zero(), whole);
+}
+
+TYPED_TEST(HeldFacetsTest, NodesHeldAlongTheSurfaceAreDampedNextToFreeOnes)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const double edge = s.slave.nodes<F>(s.slave.X, 0).row(0).minCoeff();
+  const Held<F> inside = [&](const Vec<D>& x) -> Vec<D>
+  { return (x[0] > edge + 1e-9 ? 1.0 : 0.0) * Vec<D>::Unit(0); };
+  const auto found = find<F>(s, Law::friction, inside, everything<F>);
+  ASSERT_EQ(found.facets.size(), found.rest.size());
+  std::mt19937 random(9);
+  int mixed = 0;
+  for (std::size_t k = 0; k < found.facets.size(); ++k)
+  {
+    const auto f = static_cast<std::size_t>(found.facets[k].slave);
+    Mat<D, F::dofs> nodal = Mat<D, F::dofs>::Zero();
+    nodal.row(0) = random_vector<F::dofs>(random, 1.0).transpose();
+    const double full = form<F>(found.facets[k], nodal);
+    EXPECT_GT(full, 0.0);
+    const bool is_mixed = found.unfelt[f * D] == 0;
+    mixed += is_mixed;
+    EXPECT_EQ(form<F>(found.rest[k], nodal), is_mixed ? full : 0.0);
+  }
+  EXPECT_GT(mixed, 0);
+}
+
+// Against an oblique surface one free axis along it, or none, moves the gap
+TYPED_TEST(HeldFacetsTest, NothingIsDampedWhereGapsTakeWhatIsFree)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates =
+      paired_plates<F>(true, [](Surface& s) { turn_and_shift(s, 1.2, 0.0); });
+  const ContactState& s = plates->state();
+  const Held<F> first = [](const Vec<D>&) { return Vec<D>::Unit(0); };
+  const auto found = find<F>(s, Law::friction, first, everything<F>);
+  expect_blocks<F>(s, rest_of(found), Mat<D, D>::Zero(), whole);
 }
 
 TYPED_TEST(HeldFacetsTest, NormalOfATiltedSurfaceWeighsTheComponents)

@@ -6,6 +6,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
 from interacting import LOWER, UPPER, three
 from problems import COMM, DIMENSION, fix, residual, worst
@@ -242,6 +243,46 @@ def test_history_has_a_column_for_each_pair(case):
             np.testing.assert_allclose(normal + along, force, atol=1e-12)
     whole = history.vectors("force_0")
     np.testing.assert_allclose(total, whole, atol=1e-12 * np.abs(whole).max())
+
+
+def columns_of(pairs, names=None):
+    """Columns of a slab on legs that a history has of its contact."""
+    scene = slab_on_legs("triangle")
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    v = ufl.TestFunction(u.function_space)
+    F = ufl.inner(ufl.grad(u), ufl.grad(v)) * ufl.dx
+    contact = Contact(u, scene.facet_tags, pairs, names=names)
+    contact.update()
+    history = History(NonlinearProblem(F, contact), patches=True)
+    history.record(0.0)
+    return history, [name for name in history.columns if name.startswith("area_")]
+
+
+def test_a_history_has_each_figure_once():
+    """By the pair's name or else the number of its slave; sums by that number."""
+    names = {"slab": 91, "leg": 2}
+    history, columns = columns_of([(91, 2)], names)
+    assert columns == ["area_slab_leg"]
+    assert "force_slab_leg_x" in history.columns
+    assert not [name for name in history.columns if "_0" in name]
+    history, columns = columns_of([(91, 2)])
+    assert columns == ["area_0"]
+    assert not [name for name in history.columns if "91" in name]
+    _, columns = columns_of([(91, 2), (91, 12)])
+    assert columns == ["area_0", "area_91_2", "area_91_12"]
+
+
+@pytest.mark.parametrize("names", [None, {"slab": 91, "leg": 2}])
+def test_a_column_is_found_by_the_name_that_it_had_too(names):
+    history, _ = columns_of([(91, 2)], names)
+    now, before = ("0", "91_2") if names is None else ("slab_leg", "0")
+    for column in ("force_{}_x", "centre_{}_y", "max_pressure_{}"):
+        with pytest.warns(DeprecationWarning, match=f"now '{column.format(now)}'") as w:
+            found = history[column.format(before)]
+        assert w[0].filename == __file__
+        np.testing.assert_array_equal(found, history[column.format(now)])
+    with pytest.raises(ContactError, match="has no column 'force_1_x'"):
+        history["force_1_x"]
 
 
 def test_pairs_of_several_contacts_are_numbered_on():

@@ -119,3 +119,94 @@ def test_in_space(cell_3d):
     with pytest.warns(ContactWarning, match="are 2 times as close as those of its"):
         SNESSolver(case.problem)
     SNESSolver(pressed(cell_3d, (3, 3), E=10.0)[0].problem)
+
+
+# Slaves that are prescribed along the surface alone
+
+AT = {
+    "points": AugmentedLagrangian(),
+    "nodes": AugmentedLagrangian(condition="nodes"),
+    "dual": AugmentedLagrangian(condition="nodes", multiplier="dual"),
+}
+
+
+def led(cell, counts, law, held, degree=1, on=("slave",), **options):
+    """A block on one of equal width, under a load; components of some of its surfaces are
+    held, the first one led by the Constant that is returned with it."""
+    size = (1.0,) * DIMENSION[cell]
+    scene = two_blocks(
+        COMM, len(size), cell, *counts, lower_size=(1.5, *size[1:]), upper_size=size
+    )
+    x = fem.Constant(scene.mesh, 0.0)
+
+    def bcs(V, scene):
+        values = [x if i == 0 else 0.0 for i in held]
+        own = [
+            fix(V, scene, name, i, value)
+            for name in on
+            for i, value in zip(held, values)
+        ]
+        return [fix(V, scene, "bottom"), *own]
+
+    case = build(
+        scene,
+        degree,
+        method=AT[law],
+        friction=Coulomb(0.3),
+        bcs=bcs,
+        loaded=["top"],
+        **({"load": -4.0} | options),
+    )
+    return case, x
+
+
+@pytest.mark.mpi(
+    where=lambda cell, degree, law, **_: (cell, degree, law) == ("triangle", 1, "nodes")
+)
+@pytest.mark.parametrize("law", AT)
+@pytest.mark.parametrize(
+    "cell, degree, counts",
+    [
+        ("triangle", 1, (4, 8)),
+        ("quadrilateral", 1, (4, 9)),
+        ("quadrilateral", 2, (3, 5)),
+        ("hexahedron", 1, (2, 4)),
+        ("tetrahedron", 1, (2, 4)),
+    ],
+)
+def test_slaves_led_along_the_surface_solve(cell, degree, counts, law):
+    """With finer facets than the free master's, pressed and dragged. The surface of the
+    master tilts by the strain."""
+    case, x = led(cell, counts, law, range(DIMENSION[cell] - 1), degree)
+    with pytest.warns(ContactWarning, match="is prescribed along x") as told:
+        solver = SNESSolver(case.problem)
+    assert "contact is solved as by" in str(told[0].message)
+    for place in (0.0, 0.002, 0.004):
+        x.value = place
+        iterations, _ = solver.solve()
+        assert iterations <= 8
+        (found,) = case.contact.resultants()
+        assert found.force[-1] == pytest.approx(4.0, rel=1e-9)
+        case.contact.advance()
+    assert found.force[0] == pytest.approx(-0.3 * 4.0, rel=2e-2)
+
+
+@pytest.mark.parametrize("law", AT)
+@pytest.mark.parametrize(
+    "cell, counts, held, on",
+    [
+        ("quadrilateral", (4, 8), (0,), ("upper_left",)),  # symmetry at the edge
+        ("hexahedron", (2, 4), (1,), ("slave",)),  # free along x
+        (
+            "quadrilateral",
+            (4, 8),
+            (1,),
+            ("slave",),
+        ),  # prescribed along the normal alone
+    ],
+)
+def test_sides_stay_where_slaves_may_slide(cell, counts, held, on, law):
+    case, _ = led(cell, counts, law, held, on=on)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        SNESSolver(case.problem)
