@@ -4,6 +4,7 @@
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/facet_mass.h"
 #include "raymortar/geometry/predicates.h"
+#include "raymortar/nodes/node_tests.h"
 
 namespace raymortar
 {

@@ -31,9 +31,9 @@ struct PointsOf : AnyPoints<D, Law>
   }
 
   template <class Response>
-  [[nodiscard]] ContactStatus status(const Response& at) const
+  [[nodiscard]] ContactStatus status(const Response& response) const
   {
-    return at.status;
+    return response.status;
   }
 };
 

@@ -328,8 +328,7 @@ public:
       rows += law.by_lam * _lam;
     if constexpr (M > 0 and requires { law.by_spring; })
       if (_e.history.has_kept)
-        rows +=
-            law.by_spring / _p.gamma * along<D>(_e.history.kept);
+        rows += law.by_spring / _p.gamma * along<D>(_e.history.kept);
   }
 
 private:

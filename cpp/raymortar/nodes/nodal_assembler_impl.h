@@ -62,13 +62,13 @@ void NodalPoints<D, Law>::add_integrand(const Hit& p,
 {
   constexpr int M = Kernel::M;
   const auto& e = this->data;
-  const auto& at = this->shapes;
+  const PointShapes<D>& unknowns = this->shapes;
   const typename TaylorGradient<D, Law>::Place along(e, p, slopes.dual);
   const Mat<1, T> no_gamma = Mat<1, T>::Zero();
   const Mat<M, T> no_lam = Mat<M, T>::Zero();
   const FacetColumns<D, Law> columns(e, this->at, p, slopes, along.bend,
                                      no_gamma, no_lam);
-  const double w = along.area.jacobian * at.scale;
+  const double w = along.area.jacobian * unknowns.scale;
   for (int k = 0; k < nodes->size(); ++k)
   {
     const auto& c = nodes->at(k);
@@ -79,7 +79,7 @@ void NodalPoints<D, Law>::add_integrand(const Hit& p,
         p.gamma * c.by_gamma * along.log_gamma + f * along.area.log_jacobian;
     for (int i = 0; i < M; ++i)
     {
-      const auto row = static_cast<std::size_t>(at.side() + k * M + i);
+      const auto row = static_cast<std::size_t>(unknowns.side() + k * M + i);
       out.f[row] = w * N[0] * f[i];
       for (std::size_t j = 0; j < T; ++j)
         out.f_xi[j][row] =
