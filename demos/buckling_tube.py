@@ -102,7 +102,7 @@ def main(arguments=None):
     size = args.size * (1 + args.fine)
     found, half = (fold(comm, size, args.steps, share) for share in (1.0, 0.5))
     report.effort(found.contact, found.iterations, found.halvings)
-    report.say(", ".join(map(str, found.contact.meetings())))
+    report.say(", ".join(map(str, found.contact.results.meetings())))
     peaks = (one.force[one.way < 0.5 * PUSH].max() for one in (found, half))
     report.add("force as it buckles", *peaks, 1e-6)
     report.add("force at the end", found.force[-1], half.force[-1], 0.002)

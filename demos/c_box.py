@@ -103,7 +103,7 @@ def main(arguments=None):
     found = press(comm, size, args.steps, "all", raymortar.Penalty(), "master")
     named = press(comm, size, args.steps, [(LOWER, UPPER)])
     report.effort(found.contact, [s.iterations for s in found.steps])
-    report.say(", ".join(map(str, found.contact.meetings())))
+    report.say(", ".join(map(str, found.contact.results.meetings())))
     middle = (np.interp(1.0, one.way, one.force) for one in (found, named))
     report.add("force where way = H", *middle, 0.03)
     report.add("force at the end", found.force[-1], named.force[-1], 0.01)

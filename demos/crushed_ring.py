@@ -100,7 +100,7 @@ def main(arguments=None):
     size = args.size * (1 + args.fine)
     found, half = (crush(comm, size, args.steps, way) for way in (True, False))
     report.effort(found.contact, found.iterations, found.halvings)
-    for meeting in found.contact.meetings():
+    for meeting in found.contact.results.meetings():
         report.say(str(meeting))
     report.add("force at the end", found.force[-1], half.force[-1], 0.001)
     depth = 1.0 - found.contact.statistics.min_gap / WALL

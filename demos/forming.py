@@ -87,10 +87,10 @@ def main(arguments=None):
     move(ABOVE, ABOVE, 1, stabilize=True)
     sag = -common.value_at_origin(u, scene, "bottom", 1)
     move(0.0, -SMALL, 1)
-    small = SMALL - sag, contact.resultant_on(punch).force[1]
+    small = SMALL - sag, contact.results.resultant_on(punch).force[1]
     move(-SMALL, -DEPTH, args.steps // 2, extrapolate=True)
     bent, states = curvature(), [state("bent")]
-    above, below = (contact.resultant_on(body).force[1] for body in (punch, die))
+    above, below = (contact.results.resultant_on(body).force[1] for body in (punch, die))
     move(-DEPTH, 0.0, args.steps // 2, extrapolate=True)
     move(0.0, ABOVE, 1)
     sprung = bent - curvature()

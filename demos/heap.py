@@ -100,9 +100,9 @@ def main(arguments=None):
     path = raymortar.LoadSteps(problem.snes_solver, press, args.steps, stabilize=True)
     iterations = [step.iterations for step in path]
     report.effort(contact, iterations, path.halvings)
-    for meeting in contact.meetings():
+    for meeting in contact.results.meetings():
         report.say(str(meeting))
-    push = contact.resultant_on(plate).force[1]
+    push = contact.results.resultant_on(plate).force[1]
     held = problem.reactions({"foot": bcs})["foot"]
     report.add("force of the plate, of the foot", push, held[1], 1e-8)
     left, right = (contact.resultant(f"body_{k}").force for k in (0, 5))

@@ -319,7 +319,7 @@ def solve_ball_of_revolution(n, degree, law):
 
     def error():
         lam, r = contact.multiplier, ufl.SpatialCoordinate(mesh)[0]
-        force = abs(contact.resultant_on(tool).force[1])
+        force = abs(contact.results.resultant_on(tool).force[1])
         a = np.cbrt(0.75 * force * (1.0 - NU**2) / BALL.E)
         p = -lam[1] if lam.ufl_shape else -lam
         s = r / fem.Constant(mesh, a)

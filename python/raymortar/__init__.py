@@ -11,6 +11,7 @@ from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
 from .diagnose.outcome import require_convergence
+from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
 from .errors import (
     ContactError,
     ContactLost,
@@ -30,6 +31,7 @@ from .paths.controls import ArcLength, DisplacementControl
 from .paths.history import History
 from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
+from .results.nodal_fields import results_of
 from .solvers.automatic import suited_to_size
 from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
@@ -48,8 +50,9 @@ if TYPE_CHECKING:
 
 # What the package adds to its core
 hooks.judge, hooks.describe = require_convergence, describe
-hooks.on_setup.append(warn_of_overlaps)
+hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
+hooks.results = results_of
 
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {

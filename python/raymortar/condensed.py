@@ -110,7 +110,7 @@ class CondensedProblem:
             _check_unknown(u, self.coupled.u)
         self._A = self.coupled.create_matrix()
         self._x, self._b = (self.coupled.create_vector() for _ in range(2))
-        self._condensation = Condensation(self.contact)
+        self._condensation = Condensation(self.contact.system)
         self._n = self._condensation.n
         self._shown, self._begun = self._present(), self._returns()
         self._newton = Newton(self._shown)
@@ -173,7 +173,7 @@ class CondensedProblem:
                         "CondensedProblem has no offset with friction, whose couple acts "
                         "on several slave nodes: take NonlinearProblem"
                     )
-        contact.constrained(self.bcs)
+        contact.system.constrained(self.bcs)
         condensation.set_prescribed(problem.prescribed)
         self._at = None
         self._lam = self._multipliers(x)
@@ -181,10 +181,10 @@ class CondensedProblem:
         condensation.weigh()
         lacking = contact.unknowns.lacking(self.bcs)
         volume = problem.volume.residual(self.bcs, lacking.increment)
-        contact.assemble_residual(self._b, self.bcs, volume, lacking)
-        if not contact.extend_room(self._A):
+        contact.system.assemble_residual(self._b, self.bcs, volume, lacking)
+        if not contact.system.extend_room(self._A):
             self._A.zeroEntries()
-        contact.add_tangent(self._A, self.bcs)
+        contact.system.add_tangent(self._A, self.bcs)
         self._A.assemble()
         found = self._b.array_r.copy()
         self._change = condensation.change(found, self._lam)

@@ -3,33 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
 
 from .discretization.curving import Smooth
-from .discretization.slave_fields import FieldValue, is_field
+from .discretization.slave_fields import FieldValue
 from .errors import ContactError, of_type
+from .interaction import Interaction
 from .interactions import Interactions
-from .interface.coefficients import Interfaces, PairCoefficients
-from .interface.contact_surfaces import checked
-from .interface.offsets import Adjustment
+from .interface.coefficients import PairCoefficients
+from .interface.contact_surfaces import ContactSurfaces, checked, make_surfaces
+from .interface.friction_at_points import spread_coefficient
+from .interface.offsets import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
+from .interface.present import PresentState
 from .options.friction import Law
+from .options.descriptions import shown
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
-from .results.nodal_fields import NodalFields, check_part
-from .results.sums import friction_work, stored_energy
 from .rigid.body import Body
 from .rigid.shapes import Shape
-from .sides import Sides
 from .state import State
+from .system.assembly import ContactAssembly
+from .system.coupled import CoupledSystem
 
 __all__ = ["Contact", "State"]
 
 
-class Contact(NodalFields, Sides):
+class Contact(Interaction):
     """Contact integrals between tagged surfaces of a deforming mesh. Collective.
 
     Parameters
@@ -92,11 +94,11 @@ class Contact(NodalFields, Sides):
         The user's unknowns, the displacement among them; see `unknowns.Unknowns`.
     names
         Facet tag by name.
-    layout
-        Rows of the unknowns: [forms | multiplier], rank by rank.
-    results, assembly
-        Objects that this one delegates to: results at points, and the contact terms of
-        matrices and vectors.
+    system, states, results
+        The coupled system, the arrays of its states, and results: what is less often
+        asked for.
+    surfaces, assembly
+        Slave surfaces with their masters, and the contact terms of matrices and vectors.
 
     Raises
     ------
@@ -145,7 +147,19 @@ class Contact(NodalFields, Sides):
         self.measure, self.tangent = measure, tangent
         given = checked(u, facet_tags, pairs, names, options, self.tied)
         self.names = given.pairs.names_at(0)
-        super().__init__(given, friction)
+        self.friction = friction
+        self.surfaces: ContactSurfaces = make_surfaces(given)
+        self._present = PresentState(self.surfaces, options)
+        self.assembly = ContactAssembly(self.surfaces, self._present, options.method)
+        system = CoupledSystem(self.surfaces.unknowns, [self.assembly])
+        super().__init__(system, given.pairs)
+        self.offsets = Offsets(self.surfaces)
+        if options.method.gamma is not None:
+            self.assembly.set_gamma(options.method.gamma)
+        if offset is not None:
+            self.offsets.set(offset)
+        mesh = self.surfaces.slave_u.function_space.mesh
+        spread_coefficient(friction, self.surfaces.zones, mesh)
 
     def __repr__(self) -> str:
         facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
@@ -153,20 +167,18 @@ class Contact(NodalFields, Sides):
         if self.tied is not None:
             law = f"gaps {'kept' if self.tied == 'keep' else 'closed'}"
         elif self.friction is not None:
-            law = _shown(self.friction)
-        if self._surfaces.exchanged:
-            law += ", sides exchanged"
+            law = shown(self.friction)
         if self.gamma is not None:
-            gamma = f"gamma {_shown(self.gamma)}"
+            gamma = f"gamma {shown(self.gamma)}"
         counts = "not yet paired"
-        if self.updates:  # no rank waits for another: one alone may print this
+        if self.system.updates:  # no rank waits for another: one alone may print this
             status = np.concatenate([zone.points()["status"] for zone in self.zones])
             hits, closed = (np.count_nonzero(status >= one) for one in (OPEN, CLOSED))
             counts = f"{hits} of {len(status)} points hit, {closed} closed"
         rank, size = self.layout.comm.rank, self.layout.comm.size
         return (
             f"<{type(self).__name__} of {', '.join(map(str, self.pairs))}; "
-            f"{_shown(self.method)}, {law}, {gamma}; {facets} slave facets, {counts}"
+            f"{shown(self.method)}, {law}, {gamma}; {facets} slave facets, {counts}"
             f"{f' on rank {rank} of {size}' if size > 1 else ''}>"
         )
 
@@ -176,22 +188,11 @@ class Contact(NodalFields, Sides):
         return (self,)
 
     @property
-    def interfaces(self) -> Interfaces:
-        """Pairs of bodies that meet. Collective at first."""
-        return self.surfaces.interfaces
-
-    def solve_for(self, functions: Sequence[Function]) -> None:
-        """Take the functions that a problem solves for. Collective.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is not among them, if another problem of this contact
-            has other unknowns, or if that problem has several contacts.
-        """
-        self.assembly.solve_for(functions)
-
-    # Coefficient, offset, time
+    def multiplier(self) -> Function | None:
+        """Traction on the slave: a scalar ``Function`` (normal component, negative in
+        compression), a vector one in global coordinates, or None with penalty. Zero
+        off the slave surfaces."""
+        return self.surfaces.multiplier
 
     @property
     def gamma(self) -> float | Function | PairCoefficients | None:
@@ -199,11 +200,6 @@ class Contact(NodalFields, Sides):
         automatic one is a number, or `PairCoefficients` where it differs between pairs
         of bodies."""
         return self.assembly.gamma
-
-    @property
-    def gamma_scale(self) -> float:
-        """Mean of `gamma` over the slave facets."""
-        return self.assembly.gamma_scale
 
     def set_gamma(self, gamma: float | Function | PairCoefficients) -> None:
         """Set the augmentation or penalty coefficient. Collective.
@@ -219,14 +215,12 @@ class Contact(NodalFields, Sides):
         ContactError
             If it is not positive, differs between ranks or is of another mesh.
         """
-        if isinstance(gamma, Function):
-            self._require_sides("a Function gamma")
         self.assembly.set_gamma(gamma)
 
     @property
     def offset(self) -> FieldValue | None:
         """Length that is added to the gap, as it was given; None: nothing."""
-        return self._offsets.value
+        return self.offsets.value
 
     def set_offset(self, offset: FieldValue) -> None:
         """Set the offset, such as an interference that grows. Collective.
@@ -244,15 +238,8 @@ class Contact(NodalFields, Sides):
         ContactError
             If it is not finite, no scalar, of another mesh, or differs between ranks.
         """
-        if is_field(offset):
-            self._require_sides("an offset that varies")
-        self._offsets.set(offset)
+        self.offsets.set(offset)
         self._present.note_change()
-
-    @property
-    def excess(self) -> str | None:
-        """Message about an interference larger than bodies are thick; else None."""
-        return self._offsets.excess
 
     def adjust(self, within: float) -> Adjustment:
         """Make surfaces that are nearer than a length just touch, without stress.
@@ -277,9 +264,9 @@ class Contact(NodalFields, Sides):
             If it is not positive, or differs between ranks, or if the displacement is
             not zero.
         """
-        self._offsets.require_start(within)
+        self.offsets.require_start(within)
         self.update()
-        found = self._offsets.adjust(within)
+        found = self.offsets.adjust(within)
         self._present.note_change()
         return found
 
@@ -293,6 +280,73 @@ class Contact(NodalFields, Sides):
     def dt(self, value: float) -> None:
         self._present.dt = value
 
+    def gap(self) -> Function:
+        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
+
+        The gap of the law, with the offset. Average over the integration points around
+        each node. Collective.
+        """
+        found: Function = self.results.gap()
+        return found
+
+    def traction(self, part: str = "total") -> Function:
+        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
+
+        Per reference or current area, by `measure`.
+
+        Parameters
+        ----------
+        part
+            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
+            rest, which is friction.
+        """
+        found: Function = self.results.traction(part)
+        return found
+
+    def pressure(self) -> Function:
+        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
+
+        The normal part of `traction`, of every method, per area as there. Where it is
+        negative the law holds in the mean only: see `points`. Collective.
+        """
+        found: Function = self.results.pressure()
+        return found
+
+    def slip(self) -> Function:
+        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
+
+        The motion of the slave over the master point it meets now, in the slave's
+        tangent plane and in global coordinates, also where the contact is open; 0 where
+        no hit. After `advance` it stays that of the accepted step until the next
+        `update`. Without friction it is computed when this is called.
+
+        Raises
+        ------
+        ContactError
+            For a `Tie`.
+        """
+        found: Function = self.results.slip()
+        return found
+
+    def status(self) -> Function:
+        """`Status` of the slave nodes: 0 no hit, 1 open, 2 stick, 3 slip. Collective.
+
+        The numbers of ``points()["status"]``. Contact without friction is slip. A law at
+        points gives a node what most of the area around it does. Zero off the slave.
+        """
+        found: Function = self.results.status()
+        return found
+
+    def fields(self) -> list[Function]:
+        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
+
+        Gap (0 where no hit: see coverage), normal and tangential traction, status,
+        coverage, the multiplier if there is one, slip with friction: write them next to
+        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
+        """
+        found: list[Function] = self.results.fields()
+        return found
+
     def friction_work(self) -> float:
         """Work that tangential tractions take in this step, before `advance`. Collective.
 
@@ -301,10 +355,7 @@ class Contact(NodalFields, Sides):
         With the elastic penalty the springs store a part of it, the growth of
         ``stored_energy("tangential")``.
         """
-        if self.friction is None:
-            return 0.0
-        self._present.require_results()
-        return friction_work(self.zones)
+        return float(self.results.friction_work())
 
     def stored_energy(self, part: str = "total") -> float:
         """Energy that the penalty stores at the last `update`. Collective.
@@ -319,22 +370,12 @@ class Contact(NodalFields, Sides):
             ``"normal"``: in the penetration; ``"tangential"``: in the friction springs,
             0 with ``tangential="rate"``, which has none; ``"total"``: in both.
         """
-        check_part(part, self._comm)
-        if not isinstance(self.method, Penalty) or self.method.exact:
-            return 0.0
-        self._present.require_results()
-        if self.friction is not None and self.method.tangential == "rate":
-            if part == "tangential":
-                return 0.0
-            part = "normal"
-        return stored_energy(self.zones, part)
+        return float(self.results.stored_energy(part))
 
 
 def require_point_tractions(owner: str, contact: Any) -> None:
-    """Raise unless the argument is a contact whose tractions at points are known, and
-    whose sides are those that the user gave."""
+    """Raise unless the argument is a contact whose tractions at points are known."""
     of_type(f"{owner}.contact", contact, Contact, "a Contact")
-    contact._require_sides(owner)
     if contact.method.is_dual:
         raise ContactError(
             f"{owner}.contact has multiplier='dual', whose traction at a point is not "
@@ -356,19 +397,3 @@ def one_or_several(given: Any) -> Contact | Interactions:
     for i, contact in enumerate(given):
         of_type(f"contact[{i}]", contact, Contact, "a Contact")
     return given[0] if len(given) == 1 else Interactions(given)
-
-
-def _shown(value: Any) -> str:
-    """Describe an option as a user would write it, without what is default."""
-    if is_dataclass(value):
-        changed = [
-            f"{field.name}={_shown(getattr(value, field.name))}"
-            for field in fields(value)
-            if getattr(value, field.name) is not field.default
-        ]
-        return f"{type(value).__name__}({', '.join(changed)})"
-    if isinstance(value, Function):
-        return f"Function {value.name!r}"
-    if callable(value):
-        return str(getattr(value, "__name__", type(value).__name__))
-    return f"{value:.6g}" if isinstance(value, float) else repr(value)

@@ -232,7 +232,7 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
                     f"Flux.T has {found} Functions on the mesh of a side of "
                     f"{zone.facets.spoken}: it must have one for each mesh"
                 )
-    slave_mesh = contact.slave_u.function_space.mesh
+    slave_mesh = contact.surfaces.slave_u.function_space.mesh
     for f in law.fields:
         if not compat.on_mesh(f, slave_mesh):
             raise ContactError(

@@ -45,6 +45,8 @@ class Hooks:
     linear_solver
         Chooses the linear solver of a problem, with or without SNES: its PETSc options
         and its name; None: the direct solver.
+    results
+        Makes the results of a contact, or of several in one problem; None: no results.
     """
 
     judge: Callable[[Any, bool, str], None] = require_convergence
@@ -52,6 +54,7 @@ class Hooks:
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    results: Callable[[Any], Any] | None = None
 
 
 hooks = Hooks()

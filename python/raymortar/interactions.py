@@ -1,214 +1,18 @@
-"""One contact or several in one problem: states, accepted steps, results."""
+"""Several contacts in one problem."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-from dolfinx.fem import Function
-
 from . import compat
-from .compat import Array
-from .discretization.layout import CoupledRows
-from .discretization.surfaces import Bodies
 from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
-from .interface.pairs import Pair, PairTable
-from .results.points import PointResults
-from .results.sums import Statistics, statistics
+from .interaction import Interaction
+from .interface.pairs import PairTable
 from .rigid.body import Body
-from .state import (
-    Owners,
-    Quantity,
-    State,
-    common,
-    copy_of,
-    fault_of,
-    of_function,
-    of_part,
-)
-from .state import restore as write_all
-from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
-
-
-class Interaction(PointResults, CoupledSystem):
-    """One contact, or several in one problem: the base of `Contact`.
-
-    Parts add to matrices and vectors, and each part's ``present`` pairs surfaces.
-    ``owners`` have further arrays of the state: ``contact.owners["motion"] = motion``.
-    """
-
-    owners: Owners
-
-    def __init__(
-        self, unknowns: Unknowns, parts: Sequence[ContactAssembly], pairs: PairTable
-    ) -> None:
-        super().__init__(unknowns, parts)
-        self.pair_table = pairs
-
-    @property
-    @abstractmethod
-    def contacts(self) -> tuple[Any, ...]:
-        """The contacts, in the order of their multipliers' rows."""
-
-    @property
-    def pairs(self) -> list[Pair]:
-        """All pairs, each once, in the order in which they were given.
-
-        Tags, names and the label of their columns in a `History`; ``points()["pair"]``
-        and `resultants` count by them.
-        """
-        return self.pair_table.pairs
-
-    @property
-    def bodies(self) -> Bodies:
-        """Parts of the mesh that are connected, by displacement node."""
-        return self.parts[0].surfaces.bodies
-
-    # State
-
-    @property
-    def u_old(self) -> Array:
-        """Displacement of the accepted step, of this rank's dofs. Not to be written."""
-        return self.parts[0].present.u_old
-
-    def advance(self) -> None:
-        """Accept the step: the present state becomes the old one. Collective.
-
-        The history is the old displacement and, with friction, the tractions of the
-        friction springs on each slave facet (none with ``tangential="rate"``). Results
-        are updated first if the state has changed since the last `update`. They then
-        belong to the accepted step until the next `update`.
-        """
-        if self.updates and any(part.present.has_friction for part in self.parts):
-            self.unknowns.pull()
-            if self.cpp.has_moved():
-                self.update()
-        for part in self.parts:
-            part.present.accept()
-
-    def quantities(self) -> Iterator[Quantity]:
-        """Yield the arrays of the accepted step and the present unknowns, each once, with
-        what further owners have."""
-        yield from self._of_contact()
-        yield from self.owners
-
-    def _of_contact(self) -> Iterator[Quantity]:
-        """Yield the arrays of contact itself."""
-        unknowns, first = self.unknowns, 0
-        yield common("contacts", [len(self.parts)], _other_number)
-        for k, f in enumerate(unknowns.functions):
-            yield of_function(f"unknown {k}", f, is_unknown=True)
-        for k, one in enumerate(unknowns.displacements):
-            yield self._accepted(k, one.u.function_space)
-        for k, part in enumerate(self.parts):
-            yield from part.present.quantities(k, first)
-            first += len(part.zones)
-        for k, body in enumerate(self._free):
-            of = body.freedom.state, body.freedom.restore
-            yield Quantity(f"free body {k}", *of, is_unknown=True)
-
-    def _accepted(self, k: int, V: Any) -> Quantity:
-        """The displacement of a mesh at the accepted step, which parts have alike."""
-        places = self.unknowns.u_places(k)
-        first, *others = [
-            of_part(f"accepted {k}", part.present, "u_old", places, V)
-            for part in self.parts
-        ]
-
-        def write(values: Array) -> None:
-            for one in (first, *others):
-                one.write(values)
-
-        return replace(first, write=write)
-
-    @property
-    def _free(self) -> list[Body]:
-        """The free rigid bodies, each once: several contacts may meet a body."""
-        return list(dict.fromkeys(b for part in self.parts for b in part.layout.bodies))
-
-    def changing(self) -> list[Quantity]:
-        """The arrays that a solve changes: unknowns, multipliers, free bodies."""
-        return [one for one in self._of_contact() if one.is_unknown]
-
-    def _fields(self) -> list[Quantity]:
-        """Unknowns and multipliers."""
-        return [one for one in self.changing() if one.by is not None]
-
-    def values_of(self, state: State) -> Array:
-        """All local unknowns in a state."""
-        count = len(self.unknowns.functions)
-        arrays = [state[f"unknown {k}"] for k in range(count)]
-        return arrays[0] if count == 1 else np.concatenate(arrays)
-
-    def u_of(self, state: State) -> Array:
-        """The displacement in a state, of this rank's dofs."""
-        return self.values_of(state)[self.unknowns.u_local]
-
-    def state(self) -> State:
-        """Copy of all unknowns, multipliers and histories, for `restore`: arrays by
-        name, such as ``"unknown 0"`` and ``"accepted 0"``, the accepted displacement.
-        """
-        self.unknowns.pull()
-        return copy_of(self.quantities())
-
-    def restore(self, state: State) -> None:
-        """Go back to a state of this object, or of one made alike. Collective.
-
-        If there were results before, they are updated to this state.
-
-        Raises
-        ------
-        ContactError
-            If it is of other contacts, or of another mesh, partition or method; nothing
-            is then changed.
-        """
-        raise_everywhere(self._comm, fault_of(state, self.quantities()))
-        write_all(state, self.quantities())
-        self.owners.note(state)
-        for part in self.parts:
-            part.present.restored()
-        if any(part.present.updates for part in self.parts):
-            self.update()
-
-    def extrapolate(self, now: State, last: State, ratio: float) -> None:
-        """Add a multiple of the change between two states to all unknowns."""
-        for one in self._fields():
-            values = np.asarray(one.read())
-            one.write(values + ratio * (now[one.name] - last[one.name]))
-        for k, body in enumerate(self._free):
-            end, begin = (
-                body.freedom.totals_of(s[f"free body {k}"]) for s in (now, last)
-            )
-            body.freedom.values = body.freedom.values + ratio * (end - begin)
-        self.unknowns.pull()
-
-    def go_back(self, begin: State, share: float) -> None:
-        """Take back all but a share of the change of all unknowns since a state."""
-        for one in self._fields():
-            start = begin[one.name]
-            one.write(start + share * (np.asarray(one.read()) - start))
-        for k, body in enumerate(self._free):
-            start = begin[f"free body {k}"][: len(body.freedom)]
-            body.freedom.values = start + share * (body.freedom.values - start)
-        self.unknowns.pull()
-
-    @property
-    def results(self) -> PointResults:
-        """Results at the integration points: its own methods."""
-        return self
-
-    @property
-    def statistics(self) -> Statistics:
-        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
-        counts = statistics(self.zones, self.layout)
-        counts.preallocations = self.preallocations
-        return counts
 
 
 class Interactions(Interaction):
@@ -238,17 +42,14 @@ class Interactions(Interaction):
     def __init__(self, contacts: Sequence[Any]) -> None:
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         _warn_of_shared_pairs(contacts)
-        self._contacts, self.owners = tuple(contacts), Owners()
-        self.join()
-
-    def join(self) -> None:
-        """Join the present parts and pairs of the contacts."""
+        self._contacts = tuple(contacts)
         super().__init__(
-            self.contacts[0].unknowns,
-            [contact.assembly for contact in self.contacts],
+            CoupledSystem(
+                contacts[0].unknowns, [contact.assembly for contact in contacts]
+            ),
             PairTable.joined(
-                [contact.pair_table for contact in self.contacts],
-                [len(contact.zones) for contact in self.contacts],
+                [contact.pair_table for contact in contacts],
+                [len(contact.zones) for contact in contacts],
             ),
         )
 
@@ -266,29 +67,6 @@ class Interactions(Interaction):
         """Coefficient of each contact; None until all have one."""
         found = [contact.gamma for contact in self.contacts]
         return None if any(gamma is None for gamma in found) else found
-
-    @property
-    def gamma_scale(self) -> list[float]:
-        """Divisors of each contact's multiplier among the unknowns."""
-        return self._scales
-
-    def solve_for(self, functions: Sequence[Function]) -> None:
-        """Take what a problem solves for, the displacement among it. Collective.
-
-        Raises
-        ------
-        ContactError
-            If the displacement is none of it, or if a contact belongs to a problem with
-            other unknowns or other contacts.
-        """
-        partners = tuple(part.number for part in self.parts)
-        for part in self.parts:
-            part.set_functions(functions, partners)
-        self.layout = CoupledRows(self.unknowns, [part.layout for part in self.parts])
-        surfaces = [part.surfaces for part in self.parts]
-        for part in self.parts:
-            part.send_rows()
-            part.find_cross_points(surfaces)
 
     def friction_work(self) -> float:
         """`Contact.friction_work` of all. Collective."""
@@ -312,10 +90,10 @@ def _fault(contacts: Sequence[Any]) -> str | None:
                 f"one, {first.unknowns.name}: all contacts of a problem must be made with "
                 "the same"
             )
-        if contact.axisymmetric != first.axisymmetric:
+        if contact.system.axisymmetric != first.system.axisymmetric:
             return (
-                f"{which} has axisymmetric={contact.axisymmetric}, contact[0] "
-                f"{first.axisymmetric}: one form is of a full turn, or of none"
+                f"{which} has axisymmetric={contact.system.axisymmetric}, contact[0] "
+                f"{first.system.axisymmetric}: one form is of a full turn, or of none"
             )
     return _fault_beside_all(contacts)
 
@@ -365,11 +143,6 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
                     "give the pair to one of them, or one of them a Penalty",
                 )
             known[sides] = i
-
-
-def _other_number(there: Array, here: Array) -> str:
-    """Say that a state is of more contacts or fewer."""
-    return f"the state is of {there[0]:.0f} contacts, here are {here[0]:.0f}"
 
 
 def _same_displacement(one: Unknowns, other: Unknowns) -> bool:

@@ -34,8 +34,6 @@ from .errors import (
     together,
 )
 from .hooks import hooks
-from .interface.slave_nodes import warn_of_finer_rigid_slaves
-from .sides import exchange_where_needed
 from .system.groups import groups_of
 from .system.volume import Updated, Volume
 from .terms import (
@@ -99,13 +97,11 @@ class CoupledProblem:
             require_apart(additions)
         self.terms: list[Term] = terms_of(additions)
         own = [f for term in self.terms for f in term.functions]
-        self.contact.solve_for([*functions, *own])
+        self.contact.system.solve_for([*functions, *own])
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
-        if exchange_where_needed(self.contact, self.bcs):
-            self.contact.solve_for([*functions, *own])
         for term in self.terms:
-            term.start(self.contact)
+            term.start(self.contact.system)
         with together(comm):
             is_derivative = J is None
             if isinstance(F, (list, tuple)):
@@ -135,21 +131,23 @@ class CoupledProblem:
         updated = None if update is None else Updated(unknowns, update)
         if updated is not None:
             updated.bring()  # the stiffness of the volume is read
-        self._pattern = self.contact.prepare(a, self.bcs)
+        self._pattern = self.contact.system.prepare(a, self.bcs)
         self._pattern.terms = self.terms
         for term in self.terms:
             term.couple(self._pattern)
         known = F if is_derivative and is_linear(self.terms) else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
-        groups = groups_of(self.contact)
+        groups = groups_of(self.contact.system)
         self.convergence = Convergence(groups)
         for term in self.terms:
             term.set_groups(groups)
-        self.contact.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
+        self.contact.system.set_groups(
+            groups.of_row, groups.count, groups.mass, groups.fields
+        )
 
     def __repr__(self) -> str:
         solved_for = ", ".join(repr(f.name) for f in self.contact.unknowns.functions)
-        unknowns, n = self.contact.layout.ranges[-1], len(self.bcs)
+        unknowns, n = self.contact.system.layout.ranges[-1], len(self.bcs)
         return (
             f"<{type(self).__name__} for {solved_for}, {unknowns} unknowns, "
             f"{n} Dirichlet condition{'' if n == 1 else 's'}, {self.contact!r}>"
@@ -158,7 +156,7 @@ class CoupledProblem:
     @property
     def comm(self) -> MPI.Comm:
         """Communicator of the mesh."""
-        return self.contact.layout.comm
+        return self.contact.system.layout.comm
 
     @property
     def u(self) -> Any:
@@ -178,13 +176,10 @@ class CoupledProblem:
 
     def create_matrix(self) -> PETSc.Mat:
         """Matrix with room for the tangent. Collective."""
-        self.contact.use_volume(self._pattern)
-        is_first = not self.contact.preallocations
+        self.contact.system.use_volume(self._pattern)
+        is_first = not self.contact.system.preallocations
         A = self.contact.create_matrix(self.a)
         if is_first:
-            fixed = self.contact.constrained(self.bcs)
-            for one in self.contact.contacts:
-                warn_of_finer_rigid_slaves(one.surfaces, one.pairs, fixed)
             for call in hooks.on_setup:
                 call(self)
         return A
@@ -196,7 +191,7 @@ class CoupledProblem:
 
     def create_vector(self) -> PETSc.Vec:
         """Vector of the coupled unknowns."""
-        return self.contact.layout.create_vector()
+        return self.contact.system.layout.create_vector()
 
     def residual_floor(self) -> float:
         """Norm below which a residual is rounding error: of every body its stiffness
@@ -211,12 +206,12 @@ class CoupledProblem:
         raise_everywhere(self.comm, fault, SetUpError)
         self.history.clear()
         self.convergence.start()
-        self.contact.require_mesh()
+        self.contact.system.require_mesh()
         self._revision = None
         if self.volume.updated is not None:
             self.volume.updated.forget()
-        if self.contact.layout.bodies:
-            self.contact.free_bodies.close_gaps()
+        if self.contact.system.layout.bodies:
+            self.contact.system.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
         return x
@@ -232,7 +227,7 @@ class CoupledProblem:
         ContactError
             If x has another number of unknowns than the problem.
         """
-        size, mine = x.getSize(), self.contact.layout.ranges[-1]
+        size, mine = x.getSize(), self.contact.system.layout.ranges[-1]
         if size != mine:
             raise ContactError(
                 f"x has {size} unknowns, the problem {mine}: [u, multiplier / gamma, "
@@ -240,9 +235,9 @@ class CoupledProblem:
                 "NewtonSolver, cannot solve it: take raymortar.NewtonSolver(problem)"
             )
         if self.contact.parts[0].volume is not self._pattern:
-            self.contact.use_volume(self._pattern)
+            self.contact.system.use_volume(self._pattern)
         seen = self._revision
-        self._revision = self.contact.take(x, seen)
+        self._revision = self.contact.system.take(x, seen)
         if seen is None:
             # The motion of segments below rigid bodies that have moved in this step is
             # left out of the tangent. It is not lifted, so that the first residual is
@@ -289,7 +284,9 @@ class CoupledProblem:
         for term in self.terms:
             if contact or not term.is_of_contact:
                 volume += term.residual(self.bcs, lacking)
-        return self.contact.assemble_residual(b, self.bcs, volume, lacking, contact)
+        return self.contact.system.assemble_residual(
+            b, self.bcs, volume, lacking, contact
+        )
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
@@ -311,7 +308,9 @@ class CoupledProblem:
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned dof of u. Collective."""
-        return self.contact.constrained(self.bcs)[: self.contact.layout.n_u]
+        return self.contact.system.constrained(self.bcs)[
+            : self.contact.system.layout.n_u
+        ]
 
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
@@ -333,13 +332,13 @@ class CoupledProblem:
         """
         self.form(x)
         self.tangents += 1
-        renewed = self.contact.extend_room(A)
+        renewed = self.contact.system.extend_room(A)
         if not renewed:
             A.zeroEntries()
         for term in self.terms:
             term.add_matrices(A, self.bcs)
         self.volume.add_tangent(A, self.bcs)
-        self.contact.add_tangent(A, self.bcs)
+        self.contact.system.add_tangent(A, self.bcs)
         for term in self.terms:
             term.add_tangent(A, self.bcs)
         A.assemble()
@@ -385,7 +384,7 @@ class CoupledProblem:
         rows = self.forces_of_bodies()
         b = self.create_vector()
         self.contact.assemble_vector(b)
-        rows += b.getArray(readonly=True)[: self.contact.layout.n]
+        rows += b.getArray(readonly=True)[: self.contact.system.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]
 
@@ -406,7 +405,7 @@ class CoupledProblem:
         is the force of a full turn along the axis; the first is the integral of radial
         tractions, which cancel.
         """
-        unknowns, layout = self.contact.unknowns, self.contact.layout
+        unknowns, layout = self.contact.unknowns, self.contact.system.layout
         for part in self.contact.parts:
             part.present.require_results()
         with together(self.comm):

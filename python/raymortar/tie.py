@@ -97,7 +97,7 @@ class Tie(Contact):
             names=names,
             axisymmetric=axisymmetric,
         )
-        require_agreement(self._comm, adjust=adjust, partial=partial)
+        require_agreement(self.layout.comm, adjust=adjust, partial=partial)
         self._refuse_bodies()
         self.assembly.present.pair_tie(partial)
         self.assembly.find_cross_points([self.surfaces])
@@ -107,7 +107,7 @@ class Tie(Contact):
         """Raise for rigid bodies: their surface moves as no displacement does."""
         found = [body.name for zone in self.zones for body in zone.facets.bodies]
         raise_everywhere(
-            self._comm,
+            self.layout.comm,
             f"a Tie takes no rigid body as a master, and was given {found[0]}: "
             "prescribe the displacement instead"
             if found

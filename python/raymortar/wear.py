@@ -147,7 +147,7 @@ class Wear:
             self.implicit = truth("Wear.implicit", implicit)
         require_agreement(self._comm, largest=largest, implicit=implicit)
         self.contact, self.law, self.largest, self.step = contact, law, largest, 0.0
-        mesh = contact.slave_u.function_space.mesh
+        mesh = contact.surfaces.slave_u.function_space.mesh
         self.depth = Function(compat.scalar_space(mesh, 1), name="wear")
         V = self.depth.function_space
         self._tables = [facet_dof_table(V, z.facets.slave) for z in contact.zones]
@@ -255,7 +255,7 @@ class Wear:
                 f"implicit wear has not settled after {MOST_REPEATS} solves: depths of "
                 f"the step change by {change / deepest:.1e} of the deepest"
             )
-        nearer = lacking / (1.0 + slopes * self.contact.gamma_scale)
+        nearer = lacking / (1.0 + slopes * self.contact.assembly.gamma_scale)
         wears = self._comm.allreduce(found[: self._owned].sum())
         if (
             self._anderson.count == 0
@@ -334,7 +334,7 @@ class Wear:
         if stiffness is None:
             return
         # Depths are of degree 1: mid nodes are no nodes of theirs
-        V = self.contact.slave_u.function_space
+        V = self.contact.surfaces.slave_u.function_space
         stiffness /= compat.element_info(V).degree ** 2
         ratio = largest_of(self._comm, slopes) * stiffness / LIMIT
         if ratio > 1.0:

@@ -142,5 +142,5 @@ def squeezed_disc(size=0.8e-3, squeeze=0.04):
         raymortar.NonlinearProblem(form, contact),
         lambda t: lid.move((0.0, -2.0 * radius * squeeze * t)),
         1,
-        lambda: np.array([contact.resultant_on(b).force for b in (lid, floor)]),
+        lambda: np.array([contact.results.resultant_on(b).force for b in (lid, floor)]),
     )

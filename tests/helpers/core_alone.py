@@ -50,22 +50,9 @@ STAND_INS = {
     "compat.files": {},
     "compat.gmsh": {},
     "discretization.curving": {"Smooth": object, "curve": nothing},
-    "interface.overlap": {"of_hit_masters": nothing},
     "interface.straight_facets": {
         "warn_of_straight_facets": nothing,
         "warn_of_turned_arcs": nothing,
-    },
-    "results": {},
-    "results.nodal_fields": {
-        "NodalFields": type("NodalFields", (), {}),
-        "check_part": nothing,
-    },
-    "results.points": {"PointResults": type("PointResults", (), {})},
-    "results.sums": {
-        "Statistics": Nothing,
-        "friction_work": nothing,
-        "statistics": nothing,
-        "stored_energy": nothing,
     },
     "rigid": {},
     "rigid.body": {
@@ -77,10 +64,6 @@ STAND_INS = {
     "rigid.shapes": {"Shape": Nothing},
     "system.free_bodies": {"FreeBodies": Nothing},
 }
-
-
-# Floors that the core cannot do without yet
-NEEDED = ("sides",)
 
 
 class Floors:
@@ -96,7 +79,7 @@ class Floors:
         if module in STAND_INS:
             return ModuleSpec(name, self, is_package=True)
         is_folder = Path(path[0], module.split(".")[-1]).is_dir()
-        if is_folder or module in NEEDED or self._is_core(tuple(module.split("."))):
+        if is_folder or self._is_core(tuple(module.split("."))):
             return None
         raise ImportError(f"{module} is no part of the core")
 

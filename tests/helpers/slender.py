@@ -72,7 +72,7 @@ def bent(slenderness, mu=0.0, push=2.0, cells=(60, 2), steps=4, **options):
         problem,
         lambda t: circle.move((0.0, -push * t)),
         steps,
-        lambda: problem.contact.resultant_on(circle).force,
+        lambda: problem.contact.results.resultant_on(circle).force,
     )
 
 

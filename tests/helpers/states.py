@@ -183,7 +183,7 @@ def set_multiplier(contact, rng, size=TRACTION):
     if contact.multiplier is None:
         return
     U, n = unknowns(contact), gathered.size_u(contact)
-    U[n:] = size / contact.gamma_scale * rng.uniform(-1, 1, U.size - n)
+    U[n:] = size / contact.assembly.gamma_scale * rng.uniform(-1, 1, U.size - n)
     set_unknowns(contact, U)
 
 
@@ -230,14 +230,14 @@ def in_regime(contact, regime):
 def unknowns(contact):
     """U = [u, multiplier / gamma_scale] as an array."""
     x = contact.create_vector()
-    contact.layout.to_vector(x, contact.gamma_scale)
+    contact.layout.to_vector(x, contact.assembly.gamma_scale)
     return gathered.vector(contact, x)
 
 
 def set_unknowns(contact, U):
     x = contact.create_vector()
     gathered.set_vector(contact, x, U)
-    contact.layout.from_vector(x, contact.gamma_scale)
+    contact.layout.from_vector(x, contact.assembly.gamma_scale)
 
 
 def assembled(contact, bcs=()):

@@ -224,8 +224,8 @@ def test_tangent_of_a_multiplier_and_a_penalty_is_the_derivative():
     state.scale(0.01)
     # The lowest block has slipped below the others
     X = blocks.V.tabulate_dof_coordinates()
-    lowest = np.unique(contacts[0].bodies.dofs[X[:, 1] < 0.5])
-    slipped = np.isin(contacts[0].bodies.dofs, lowest)
+    lowest = np.unique(contacts[0].system.bodies.dofs[X[:, 1] < 0.5])
+    slipped = np.isin(contacts[0].system.bodies.dofs, lowest)
     blocks.u.x.array[:] = np.outer(0.02 * slipped, [1.0, 0.0]).ravel()
     contacts[0].multiplier.interpolate(lambda x: np.outer([0.0, 1.0], 1.0 + 0.0 * x[0]))
     state.axpy(1.0, problem.start())
@@ -262,7 +262,7 @@ def test_rows_follow_each_other_rank_by_rank():
     kept = [f.x.array.copy() for f in functions]
     for f in functions:
         f.x.array[:] = 0.0
-    joint.from_vector(x, problem.contact.gamma_scale)
+    joint.from_vector(x, problem.contact.system.scales)
     assert difference(functions[0], kept[0]) == 0.0
     for contact, f, values in zip(contacts, functions[1:], kept[1:]):
         nodes = contact.zones[0].multiplier_nodes
@@ -317,8 +317,8 @@ def test_gamma_is_the_automatic_one_of_each():
         other.problem(lone)
         assert lone.gamma == pytest.approx(contact.gamma, rel=1e-12)
     before = contacts[1].gamma
-    revision = problem.contact.revision
+    revision = problem.contact.system.revision
     contacts[0].set_gamma(7.0)
     assert contacts[1].gamma == before
     assert problem.contact.gamma == [7.0, before]
-    assert problem.contact.revision > revision
+    assert problem.contact.system.revision > revision

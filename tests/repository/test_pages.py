@@ -90,7 +90,7 @@ def test_the_ball_of_the_start_page_goes_as_far_as_it_says(tmp_path):
     plain = plain[: plain.index("import raymortar\n")]
     loud = "import warnings, raymortar\n"
     loud += "warnings.simplefilter('error', raymortar.ContactWarning)\n"
-    results = "print(*contact.resultant_on(ball).force)"
+    results = "print(*contact.results.resultant_on(ball).force)"
     way, *_, force = map(float, run(plain + loud + ball + results, tmp_path).split())
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     said, finer = map(

@@ -116,7 +116,7 @@ def test_contact_takes_compiled_bilinear_forms(scene):
     F = residual(scene, c.u)[0]
     for a in (None, F, fem.form(F)):
         with refused("a must be a compiled bilinear form"):
-            c.prepare(a)
+            c.system.prepare(a)
 
 
 # Options
@@ -221,11 +221,11 @@ def test_nothing_is_read_before_there_is_anything(scene, folder):
         c.traction,
         c.slip,
         c.status,
-        c.coverage,
+        c.results.coverage,
         c.fields,
         c.resultant,
         c.friction_work,
-        lambda: c.write_segments(folder / "none.vtu"),
+        lambda: c.results.write_segments(folder / "none.vtu"),
         lambda: raymortar.plot(c),
     ):
         with refused("there are no results yet: call update, or solve, first"):
@@ -249,7 +249,7 @@ def test_forces_of_nothing_solved_are_told_once(scene, name, arguments):
     def told():
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always", ContactWarning)
-            getattr(case.contact, name)(*arguments)
+            getattr(case.contact.results, name)(*arguments)
         return [w for w in caught if "nothing has been solved" in str(w.message)]
 
     solver = SNESSolver(case.problem)

@@ -190,7 +190,7 @@ def test_pictures_are_of_contacts_and_fields(ready, scene):
     with refused("the name of a file must be a path, not 3"):
         raymortar.plot(ready.contact, 3)
     with refused("the name of a file must be a path, not None"):
-        ready.contact.write_segments(None)
+        ready.contact.results.write_segments(None)
 
 
 def test_functions_are_written(scene, folder):

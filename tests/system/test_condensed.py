@@ -287,7 +287,7 @@ def test_rigid_tools(degree, mu, tools):
         np.testing.assert_allclose(other.u.x.array, one.u.x.array, atol=1e-11)
         for blocks in (one, other):
             blocks.contact.advance()
-    for force in (pair.force[1] for pair in one.contact.resultants()):
+    for force in (pair.force[1] for pair in one.contact.results.resultants()):
         assert force < -0.03 / len(first)
 
 

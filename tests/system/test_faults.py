@@ -95,7 +95,7 @@ def test_full_disk_is_reported(pressed, folder):
         name = f"full_{last}.vtu" if last else "full.vtu"
         (folder / name).symlink_to("/dev/full")
     with pytest.raises(ContactError, match="cannot be written.*No space left"):
-        pressed.contact.write_segments(folder / "full.vtu")
+        pressed.contact.results.write_segments(folder / "full.vtu")
 
 
 @pytest.mark.mpi
@@ -105,7 +105,7 @@ def test_folder_that_is_a_file_is_reported(pressed, folder):
     with pytest.raises(ContactError, match="cannot be written"):
         compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
     with pytest.raises(ContactError, match="cannot be written"):
-        pressed.contact.write_segments(no_folder / "segments.vtu")
+        pressed.contact.results.write_segments(no_folder / "segments.vtu")
 
 
 def all_on_the_last(midpoints, size):

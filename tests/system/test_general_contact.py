@@ -86,7 +86,7 @@ def test_nobody_is_named(cell, degree):
         problem, history = pile.press(contacts)
         found.append(pile.answer())
         if not names:
-            met = {(m.one, m.other): m for m in contacts.meetings()}
+            met = {(m.one, m.other): m for m in contacts.results.meetings()}
             assert set(met) == {("top_0", "bottom_1"), ("top_1", "bottom_2")}
             force = met["top_0", "bottom_1"].resultant.force
             held = problem.reactions({"held": pile.bcs[:1]})["held"]
@@ -104,16 +104,16 @@ def test_bodies_without_tags_are_numbered_by_their_place():
     pile = Pile()
     contact = Contact(pile.u, None, "all", Penalty(GAMMA))
     pile.press(contact)
-    names = [(m.one, m.other) for m in contact.meetings()]
+    names = [(m.one, m.other) for m in contact.results.meetings()]
     assert names == [("body_0", "body_1"), ("body_1", "body_2")]
     force = contact.resultant("body_0").force
     assert force[-1] < -0.1
     np.testing.assert_allclose(contact.resultant("body_1", "body_0").force, -force)
-    assert "body_0 and body_1" in str(contact.meetings()[0])
+    assert "body_0 and body_1" in str(contact.results.meetings()[0])
     # Points of either body that have hit the other
     each = [contact.points(*of) for of in (names[0], names[0][::-1])]
     closed = sum(int(np.count_nonzero(points["status"] > 1)) for points in each)
-    assert COMM.allreduce(closed) == contact.meetings()[0].points > 0
+    assert COMM.allreduce(closed) == contact.results.meetings()[0].points > 0
 
 
 def test_new_contacts_are_found_along_a_path():
@@ -127,7 +127,7 @@ def test_new_contacts_are_found_along_a_path():
         pile.down.value = -0.15 * t
 
     for _ in LoadSteps(problem.snes_solver, apply, 4):
-        seen.append(len(contact.meetings()))
+        seen.append(len(contact.results.meetings()))
     assert seen == sorted(seen)
     assert seen[-1] == 2
 
@@ -143,10 +143,10 @@ def test_all_facets_meet_a_tool_too():
         tool.move((0.0, -0.1 * t))
 
     LoadSteps(problem.snes_solver, apply, 3, stabilize=True).run()
-    met = [(m.one, m.other) for m in contact.meetings()]
+    met = [(m.one, m.other) for m in contact.results.meetings()]
     assert ("top_0", "bottom_1") in met
     assert ("all", "plate") in met
-    push = contact.resultant_on(tool).force
+    push = contact.results.resultant_on(tool).force
     np.testing.assert_allclose(contact.resultant("top_2").force, -push, atol=1e-9)
 
 
@@ -177,7 +177,7 @@ def pressed_on_tools(cell, everywhere, friction, method):
         lid.move(-0.1 * t * up)
 
     LoadSteps(problem.snes_solver, apply, 2).run()
-    forces = [contact.resultant_on(body).force for body in (floor, lid)]
+    forces = [contact.results.resultant_on(body).force for body in (floor, lid)]
     return np.array(forces), gathered.owned(
         u.function_space, u.x.array.reshape(-1, dim)
     )

@@ -99,7 +99,7 @@ def test_messages_have_the_names_that_are_known(scene, pairs, pattern):
 
 def test_warnings_have_them_too(scene):
     found = contact(scene, [("lid", "base")], names=NAMES, offset=-9.0)
-    assert "of 9 on slave 'lid' (tag 3), more than" in found.excess
+    assert "of 9 on slave 'lid' (tag 3), more than" in found.offsets.excess
     with refused(r"offset is nan on slave 'lid' \(tag 3\)"):
         found.set_offset(lambda x: np.full(x.shape[1], np.nan))
 
@@ -429,7 +429,7 @@ def test_contact_between_prescribed_surfaces_is_refused(scene):
 
     def lift(height):
         u.x.array.reshape(-1, 2)[upper, 1] = height
-        problem.contact.layout.to_vector(x, problem.contact.gamma_scale)
+        problem.contact.layout.to_vector(x, problem.contact.assembly.gamma_scale)
         problem.J(x, A)
 
     lift(0.1)  # open: the multiplier's own equation holds it at zero

@@ -58,7 +58,7 @@ def test_the_answer_is_that_of_one_mesh(case):
     assert worst(displacements(found) - u) < 1e-9 * worst(u)
     force = one.contact.resultant(0).force
     assert found.contact.resultant(0).force == pytest.approx(force, rel=1e-9)
-    assert found.contact.bodies.count == 2
+    assert found.contact.system.bodies.count == 2
 
 
 @pytest.mark.mpi

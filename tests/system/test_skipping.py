@@ -218,7 +218,7 @@ def test_what_conditions_mean_is_found_once(monkeypatch):
     assert np.ptp(forces, axis=0) == pytest.approx(0.0, abs=1e-12)
     problem.reactions({})
     other = problem.bcs[:1]
-    case.contact.constrained(other)
-    case.contact.constrained(problem.bcs)
-    case.contact.constrained(other)
+    case.contact.system.constrained(other)
+    case.contact.system.constrained(problem.bcs)
+    case.contact.system.constrained(other)
     assert sorted(asked) == [0, len(other), len(problem.bcs), len(problem.bcs)]

@@ -249,7 +249,7 @@ def test_far_from_the_axis_the_coefficient_is_that_of_the_plane(nu):
             axisymmetric=axisymmetric,
         )  # fmt: skip
         problem = NonlinearProblem(F, contact, [fix(V, scene, "bottom")])
-        problem.contact.prepare(problem.a, problem.bcs)
+        problem.contact.system.prepare(problem.a, problem.bcs)
         gammas.append(contact.gamma)
     assert gammas[1] == pytest.approx(gammas[0], rel=1e-3)
 
@@ -261,7 +261,7 @@ def test_the_coefficient_does_not_grow_with_the_bulk_modulus():
             two_blocks(COMM, 2, "triangle", 4, 3), 2, E=E, nu=nu,
             bcs=lambda V, s: [fix(V, s, "bottom"), on_axis(V, s)],
         )  # fmt: skip
-        found.contact.prepare(found.problem.a, found.problem.bcs)
+        found.contact.system.prepare(found.problem.a, found.problem.bcs)
         gammas.append(found.contact.gamma)
     assert 0.5 < gammas[1] / gammas[0] < 2.0
 

@@ -291,7 +291,7 @@ def test_forces_are_those_of_the_support(measure, law):
     along = np.einsum("qi,qi->q", t, n)[:, None] * n
     assert resultant.radial == pytest.approx(w @ t[:, 0], rel=1e-10)
     assert resultant.normal == pytest.approx([0.0, w @ along[:, 1]], rel=1e-10)
-    of_pairs = found.contact.resultants()
+    of_pairs = found.contact.results.resultants()
     assert of_pairs[0].force == pytest.approx(resultant.force, rel=1e-12)
     assert of_pairs[0].radial == pytest.approx(resultant.radial, rel=1e-12)
     history = History(found.problem)

@@ -76,7 +76,7 @@ class CoatedBlock:
 
     def holding(self):
         """Moment of what holds the tool, about the origin."""
-        on = self.contact.resultant_on(self.body)
+        on = self.contact.results.resultant_on(self.body)
         place = self.body.place[None, : len(on.force)]
         return -moments(place, on.force[None])[0] - on.moment
 

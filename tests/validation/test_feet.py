@@ -106,7 +106,7 @@ def test_a_free_plate_is_in_balance(tilt, mu, method, size, E):
     down = -0.03 * up
     forces = scene.path([down, down + 0.02 * np.eye(gdim)[0]], steps=2)
     assert np.abs(forces[-1]).max() > 1e-4 * E * size ** (gdim - 1)
-    on = scene.contact.resultant_on(body)
+    on = scene.contact.results.resultant_on(body)
     x, r = nodal_positions(scene.contact), nodal_forces(scene.contact)
     slave = -moments(x, r).sum(axis=0)  # of contact on the block
     place = body.place[None, :gdim]

@@ -218,7 +218,7 @@ def test_work_around_a_wheel_is_short_and_told(turn):
 
             for _ in LoadSteps(solver, apply, steps=1):
                 work = scene.contact.friction_work()
-                moment = scene.contact.resultant_on(wheel).moment
+                moment = scene.contact.results.resultant_on(wheel).moment
     assert any("wheel turns by" in str(one.message) for one in told) == (turn > 0.2)
     short = np.sin(turn) * np.cos(turn) / turn
     assert work == pytest.approx(

@@ -157,7 +157,7 @@ def test_a_failure_of_the_extrapolated_start_cuts_no_step(demo, run):
     failures = []
 
     def failing():
-        if not np.array_equal(contact.u.x.array, contact.u_old):
+        if not np.array_equal(contact.u.x.array, contact.states.u_old):
             failures.append(model.motion.value.copy())
             contact.u.x.array[:] = 1e3
             contact.multiplier.x.array[:] = 1e3

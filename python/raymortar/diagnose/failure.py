@@ -20,7 +20,7 @@ from ..errors import ContactError, ConvergenceError, SetUpError, format_point
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import CLOSED
 from ..interface.probing import VolumePattern
-from ..interface.slave_nodes import corners_between, rigid_slaves
+from ..interface.slave_nodes import corners_between
 from ..interface.stiffness import contact_stiffness, stiffness_ratios
 from ..interface.zone_data import ZoneData
 from ..problem import CoupledProblem
@@ -83,21 +83,16 @@ def describe(problem: CoupledProblem) -> str:
     rubbed = list[str]()
     sprung = far_on_springs(problem) if has_diverged(problem.history) else []
     if contact.layout.bodies and not sprung:
-        free += contact.free_bodies.unheld()
+        free += contact.system.free_bodies.unheld()
         if not free and not in_use.steps:  # steps look at their start
-            rubbed = contact.free_bodies.rubbed()
-    fixed = contact.constrained(problem.bcs)
-    rigid, softer = list[str](), list[str]()
+            rubbed = contact.system.free_bodies.rubbed()
+    softer = list[str]()
     for part in contact.parts:
-        held = rigid_slaves(part.surfaces, fixed)
-        rigid += [
-            f"all of {slave.zone.facets.spoken} is {slave.prescribed}"
-            for k, slave in held.items()
-            if k not in part.surfaces.exchanged
-        ]
         assert part.volume is not None
         softer += swaps(part.surfaces, part.volume, problem.bcs)
-    excess = [one.excess for one in contact.contacts if one.excess is not None]
+    excess = [
+        one.offsets.excess for one in contact.contacts if one.offsets.excess is not None
+    ]
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
     corners = [corner_between(one, pressed=1) for one in contact.contacts]
     shared = [
@@ -106,7 +101,7 @@ def describe(problem: CoupledProblem) -> str:
         if corner is not None
     ]
     odd = [*strange_gammas(problem), *rubbed, *shared]
-    return describe_failure(*seen, rigid, softer, excess, odd, in_use, sprung)
+    return describe_failure(*seen, softer, excess, odd, in_use, sprung)
 
 
 def describe_failure(
@@ -114,7 +109,6 @@ def describe_failure(
     statistics: Any,
     unheld: Sequence[str],
     imbalance: str,
-    rigid: Sequence[str] = (),
     swaps: Sequence[str] = (),
     excess: Sequence[str] = (),
     odd: Sequence[str] = (),
@@ -125,9 +119,8 @@ def describe_failure(
 
     `unheld`, `excess` and `odd` are sentences, on bodies that nothing holds, on
     interferences larger than the bodies are thick, and on odd coefficients and loads that
-    friction alone resists. `rigid` tell of slaves that are prescribed, on masters that
-    move, `swaps` are proposals for slaves that are too fine for their masters, and
-    `sprung` sentences on bodies that have moved far on springs alone.
+    friction alone resists. `swaps` are proposals for slaves that are too fine for their
+    masters, `sprung` sentences on bodies that have moved far on springs alone.
     """
     text = f"{statistics}; residual history: {list_of_residuals(history)}"
     period = cycle_length(history, _ALIKE)
@@ -145,8 +138,6 @@ def describe_failure(
         ]
     elif unheld:
         proposals = ways_to_hold(in_use)
-    elif rigid:
-        proposals = [f"the other body as the slave: {', '.join(rigid)}"]
     elif excess:
         proposals = ["a smaller interference"]
     elif not statistics.hits and not diverged:
@@ -224,7 +215,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
     constants; None if it has no stiffness. Traction per length. Collective."""
     layout, interfaces = contact.layout, contact.surfaces.interfaces
     try:
-        volume = VolumePattern(problem.a, layout, contact.axisymmetric)
+        volume = VolumePattern(problem.a, layout, contact.system.axisymmetric)
         tables = contact_stiffness(volume, interfaces, problem.bcs)
     except ContactError:  # on all ranks
         return None
@@ -234,7 +225,7 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
 def compared(contact: Contact, now: float) -> str:
     """A sentence on the coefficient in use beside the automatic one, `now`."""
     return (
-        f"gamma = {contact.gamma_scale:.3g} is {contact.gamma_scale / now:.3g} times the "
+        f"gamma = {contact.assembly.gamma_scale:.3g} is {contact.assembly.gamma_scale / now:.3g} times the "
         f"automatic gamma of the form's present stiffness, {now:.3g}: "
         f"contact.set_gamma({now:.3g})"
     )
@@ -245,11 +236,11 @@ def strange_gammas(problem: CoupledProblem) -> list[str]:
     accepted displacement: that of an iterate may be any. Collective."""
     contact, found = problem.contact, []
     with contact.unknowns.lent() as accepted:
-        accepted[contact.unknowns.u_local] = contact.u_old
+        accepted[contact.unknowns.u_local] = contact.states.u_old
         contact.unknowns.set_values(accepted)
         for one in contact.contacts:
             now = automatic_gamma(problem, one)
-            if now and not 1.0 / FAR_OFF <= one.gamma_scale / now <= FAR_OFF:
+            if now and not 1.0 / FAR_OFF <= one.assembly.gamma_scale / now <= FAR_OFF:
                 found.append(compared(one, now))
     return found
 

@@ -12,10 +12,10 @@ import numpy as np
 from ..compat import Array, Mask
 from ..contact import Contact
 from ..errors import format_point
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, Status
-from ..interface.slave_nodes import are_inside_flats, distance_ratio
+from ..interface.slave_nodes import are_inside_flats
 from ..interface.stiffness import (
     NO_PRESSURE,
     mean_facet_size,
@@ -30,6 +30,7 @@ from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets
 from .inverted import inverted_cells
 from .narrow import jump
+from .rigid_slaves import distance_ratio
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -152,7 +153,7 @@ def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") ->
     """Say how deep a point is in the master, and where."""
     return (
         f"converged with a point of {zone.facets.spoken} "
-        f"{-points['gap'][q]:.3e} deep in the {zone.facets.hit_role}, {share}at "
+        f"{-points['gap'][q]:.3e} deep in the master, {share}at "
         f"{format_point(points['x'][q], points['x'])}"
     )
 
@@ -183,7 +184,7 @@ def _unseen(zone: ZoneData) -> tuple[float, str]:
 def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     """Propose the automatic coefficient of a penalty that is softer. Collective."""
     now = automatic_gamma(problem, one)
-    is_soft = now is not None and SOFTER * one.gamma_scale < now
+    is_soft = now is not None and SOFTER * one.assembly.gamma_scale < now
     return f": {compared(one, now)}" if now is not None and is_soft else None
 
 
@@ -198,7 +199,7 @@ def _tension(
     comm, nodes = contact.layout.comm, zone.multiplier_nodes
     assert contact.multiplier is not None
     normal = contact.multiplier.x.array
-    if contact.layout.components > 1:
+    if contact.assembly.layout.components > 1:
         normal = -contact.pressure().x.array
     own, mine = normal[nodes], (0.0, "")
     if own.max(initial=0.0) > 0.0:
@@ -210,7 +211,7 @@ def _tension(
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
         return
-    modulus = contact.gamma_scale * mean_facet_size([zone])
+    modulus = contact.assembly.gamma_scale * mean_facet_size([zone])
     if pressure <= NO_PRESSURE * modulus:
         return
     zone.is_pulled = True
@@ -233,9 +234,8 @@ def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> 
     and not the softer. Collective."""
     surfaces, volume = contact.assembly.surfaces, contact.assembly.volume
     zone = contact.zones[number]
-    side = "master" if zone.facets.is_exchanged else "slave"
-    refined = f"refine the {side} there if tractions count"
-    if zone.facets.bodies or zone.facets.is_exchanged or volume is None:
+    refined = "refine the slave there if tractions count"
+    if zone.facets.bodies or volume is None:
         return refined
     closer = distance_ratio(zone, surfaces)
     stiffer = stiffness_ratios(volume, surfaces.interfaces, problem.bcs)[number].max()
@@ -273,8 +273,6 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
                 "give Contact(frame='master') where the master is flat or smooth, "
                 f"{swap}or round the slave's corner if one presses there"
             )
-            if zone.facets.is_exchanged:  # the other side is prescribed and finer
-                remedy = "give the sides in the other order, with frame='master'"
             yield Finding(
                 ("tilt", number, k),
                 1.0,

@@ -14,7 +14,7 @@ from ..compat import Array
 from ..discretization.facets import coordinates, match_points
 from ..discretization.joined import parts_of, places_of
 from ..errors import format_point
-from ..interactions import Interaction
+from ..interaction import Interaction
 
 # Ratio of the Jacobians below which a cell is inside out: at sharp corners linear
 # elasticity turns single cells over by less

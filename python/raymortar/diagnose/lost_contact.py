@@ -17,7 +17,7 @@ from ..convergence.balance import EPS, largest_by
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
 from ..errors import format_point
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.zone_data import Path, ZoneData, path
 from ..problem import CoupledProblem
@@ -134,14 +134,17 @@ def far_on_springs(problem: CoupledProblem) -> list[str]:
     if problem.inertia is not None:
         return []
     groups, contact = problem.convergence.groups, problem.contact
-    dim, count = contact.u.function_space.dofmap.index_map_bs, contact.bodies.count
+    dim, count = (
+        contact.u.function_space.dofmap.index_map_bs,
+        contact.system.bodies.count,
+    )
     translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
     grip, springs = _grip(problem, translations, problem.constrained), _springs(problem)
-    most, names = largest_motions(contact, contact.u_old), groups.names()
+    most, names = largest_motions(contact, contact.states.u_old), groups.names()
     found = []
     for body in np.flatnonzero(most > _FAR_OFF * groups.size[:count]):
         axes = _free_motions(grip[:, :, body], dim)[0] & springs[:, body]
-        axes[0] &= not contact.axisymmetric  # hoops
+        axes[0] &= not contact.system.axisymmetric  # hoops
         along = ", ".join(AXES[i] for i in np.flatnonzero(axes))
         if along:
             way = f"has moved by {most[body]:.3g} along {along}"
@@ -158,7 +161,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
     """
     modes = rigid_motions(places(problem.contact))
     grip = _grip(problem, modes, problem.constrained)
-    if problem.contact.axisymmetric:  # hoops hold all but the way along the axis
+    if problem.contact.system.axisymmetric:  # hoops hold all but the way along the axis
         grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
     if led is not None:
         lead = problem.comm.allreduce(_by_body(problem, led * modes))
@@ -193,7 +196,9 @@ def _by_body(problem: CoupledProblem, values: Array) -> Array:
     """Sum values at the owned dofs of u over this rank's part of each body, (values,
     bodies)."""
     contact, n = problem.contact, problem.convergence.groups.bodies
-    nodes = np.repeat(contact.bodies.dofs, contact.u.function_space.dofmap.index_map_bs)
+    nodes = np.repeat(
+        contact.system.bodies.dofs, contact.u.function_space.dofmap.index_map_bs
+    )
     sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
     return np.array(sums, dtype=float)
 
@@ -269,7 +274,7 @@ def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
 def has_no_springs(problem: CoupledProblem) -> Mask:
     """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
     # Hoops may resist a growth of the radius
-    axes = slice(int(problem.contact.axisymmetric), None)
+    axes = slice(int(problem.contact.system.axisymmetric), None)
     return ~_springs(problem)[axes].any(axis=0)
 
 
@@ -277,7 +282,7 @@ def _springs(problem: CoupledProblem) -> Mask:
     """Whether masses, springs or hoops resist a body's translation along each axis, (d,
     bodies). Collective."""
     groups, contact = problem.convergence.groups, problem.contact
-    parts = contact.stiffness_diagonal, *contact.translation_forces
+    parts = contact.system.stiffness_diagonal, *contact.system.translation_forces
     sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
     sizes = np.sqrt(sums[:, : groups.bodies])
     return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
@@ -289,7 +294,7 @@ def touched(contact: Interaction, count: int) -> Mask:
     for zone in contact.zones:
         points = zone.points()
         closed = points["status"] >= CLOSED
-        slaves = bodies_of_facets(contact.bodies, zone.facets.slave_surface)
+        slaves = bodies_of_facets(contact.system.bodies, zone.facets.slave_surface)
         found[slaves[points["slave"][closed]]] = True
         if not zone.facets.bodies:
             found[zone.cpp.master_bodies()[points["master"][closed]]] = True
@@ -299,8 +304,8 @@ def touched(contact: Interaction, count: int) -> Mask:
 
 def _moved(problem: CoupledProblem) -> Mask:
     """Whether each body has moved since the accepted step. Collective."""
-    sizes = problem.convergence.groups.size[: problem.contact.bodies.count]
-    most = largest_motions(problem.contact, problem.contact.u_old)
+    sizes = problem.convergence.groups.size[: problem.contact.system.bodies.count]
+    most = largest_motions(problem.contact, problem.contact.states.u_old)
     return np.asarray(most > _AT_REST * sizes)
 
 
@@ -309,6 +314,8 @@ def largest_motions(contact: Interaction, u: Array) -> Array:
     Length. Collective."""
     change = np.abs(contact.u.x.array - u)
     by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-    most = largest_by(contact.bodies.dofs, by_node, contact.bodies.count).max(axis=1)
+    most = largest_by(
+        contact.system.bodies.dofs, by_node, contact.system.bodies.count
+    ).max(axis=1)
     contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
     return most

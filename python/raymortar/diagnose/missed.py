@@ -16,7 +16,7 @@ from ..discretization.facets import facet_nodes
 from ..discretization.ranks import ends_of, of_all
 from ..discretization.surfaces import Surface
 from ..errors import format_point, warn
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.point_results import OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..problem import CoupledProblem
@@ -120,7 +120,7 @@ def warn_of_missed_masters(problem: CoupledProblem) -> None:
         elif _is_open(zone):
             found = _nearest(zone, contact.u.x.array)
             is_off = moves and (not found.faces or found.distance > far)
-            if found.has_crossed(contact.u_old) or (is_off and not waits):
+            if found.has_crossed(contact.states.u_old) or (is_off and not waits):
                 zone.met.add(0)  # told once
                 warn(_text_of_facets(zone, found, SO_FAR))
 
@@ -128,7 +128,7 @@ def warn_of_missed_masters(problem: CoupledProblem) -> None:
 def _way(contact: Interaction) -> float:
     """Find the largest motion of a node or of a tool since the accepted step. Length.
     Collective."""
-    ways = [np.abs(contact.u.x.array - contact.u_old).max(initial=0.0)]
+    ways = [np.abs(contact.u.x.array - contact.states.u_old).max(initial=0.0)]
     for zone in contact.zones:
         moved = zone.motions.present() - zone.motions.old
         ways += [float(np.linalg.norm(one[:3])) for one in moved]
@@ -137,7 +137,10 @@ def _way(contact: Interaction) -> float:
 
 def _largest_body(contact: Interaction) -> float:
     """Find the diagonal of the largest body's undeformed box. Length. Collective."""
-    bodies, X = contact.bodies, contact.u.function_space.tabulate_dof_coordinates()
+    bodies, X = (
+        contact.system.bodies,
+        contact.u.function_space.tabulate_dof_coordinates(),
+    )
     ends = np.stack([largest_by(bodies.dofs, x, bodies.count) for x in (X, -X)])
     contact.layout.comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MAX)
     return float(np.linalg.norm(ends.sum(axis=0), axis=1).max())
@@ -271,7 +274,7 @@ def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     behind, other = "", "a place, a size or a motion in another unit than the mesh"
     if found.is_behind:
         behind = "behind it, "
-        other = f"has a step gone through the {zone.facets.hit_role}"
+        other = "has a step gone through the master"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
         f"{behind}{found.distance:.2g} away, at {format_point(found.place)}. Is a tag of "

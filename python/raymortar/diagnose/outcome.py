@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import BodyLeft, ContactLost, ConvergenceError, raise_everywhere, warn
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..problem import CoupledProblem
 from ..rigid.body import LARGEST_TURN
 from .failure import describe
@@ -25,7 +25,10 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     for load steps, which look at accepted steps themselves. Collective."""
     if not converged:
         message = f"Newton did not converge {reason}: {describe(problem)}"
-        left = problem.contact.layout.bodies and problem.contact.free_bodies.any_left()
+        left = (
+            problem.contact.layout.bodies
+            and problem.contact.system.free_bodies.any_left()
+        )
         kind = BodyLeft if left else ConvergenceError
         raise_everywhere(problem.comm, message, kind)
     turned = _turned_too_far(problem.contact)
@@ -103,7 +106,7 @@ def _turned_too_far(contact: Interaction) -> str | None:
     for body in contact.layout.bodies:
         angle = float(np.linalg.norm(body.cpp.theta()))
         if angle >= LARGEST_TURN and any(
-            one.friction is not None and one.resultant_on(body).force.any()
+            one.friction is not None and one.results.resultant_on(body).force.any()
             for one in contact.contacts
             if any(body in zone.facets.bodies for zone in one.zones)
         ):

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..compat import Array, Mask
 from ..discretization.facets import N_CORNERS, facet_nodes
-from ..interactions import Interaction
+from ..interaction import Interaction
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..rigid.body import Body
@@ -88,7 +88,7 @@ def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     numbers = np.repeat(np.arange(count), N_CORNERS[surface.shape])
     facet = np.concatenate([points["slave"], numbers]).astype(np.int32)
     at = surface, facet, np.concatenate([points["xi"], corners])
-    old, now = (u.reshape(-1, gdim) for u in (contact.u_old, contact.u.x.array))
+    old, now = (u.reshape(-1, gdim) for u in (contact.states.u_old, contact.u.x.array))
     found = positions(*at, old), positions(*at, now), unit_normals(*at, now)
     old, now, normals = (np.pad(values, ((0, 0), (0, 3 - gdim))) for values in found)
     return Slave(gdim, old, now, normals, zone.distance("depth")[facet])

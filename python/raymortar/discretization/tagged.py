@@ -189,24 +189,15 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Group:
-    """A slave surface by its tag, or `ALL`, and the masters that it meets.
-
-    If its sides are exchanged, the user calls them by the other names.
-    """
+    """A slave surface by its tag, or `ALL`, and the masters that it meets."""
 
     slave: int | str
     masters: tuple[Any, ...]
-    is_exchanged: bool = False
 
     @property
     def meets_itself(self) -> bool:
         """Whether slave and master are the same facets."""
         return self.masters == (self.slave,)
-
-    def exchanged(self) -> Group:
-        """The group with its one master as the slave."""
-        (master,) = self.masters
-        return Group(master, (self.slave,), True)
 
 
 @dataclass
@@ -227,7 +218,6 @@ class ZoneFacets:
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
     names: Mapping[int, str] = field(default_factory=dict)  # by tag
-    is_exchanged: bool = False  # the user calls the sides by the other names
 
     @property
     def meets_itself(self) -> bool:
@@ -236,28 +226,15 @@ class ZoneFacets:
 
     @property
     def spoken(self) -> str:
-        """The slave, for messages, as the user calls it."""
-        role = "master" if self.is_exchanged else "slave"
-        return f"{role} {self.words(self.slave_tag)}"
+        """The slave, for messages."""
+        return f"slave {self.words(self.slave_tag)}"
 
     @property
     def spoken_masters(self) -> list[str]:
         """Each master, for messages."""
         if self.bodies:
             return [f"the rigid {body.name}" for body in self.bodies]
-        return [f"{self.hit_role} {self.words(tag)}" for tag in self.master_tags]
-
-    @property
-    def hit_role(self) -> str:
-        """Name the role of the side that rays hit, as the user gave it."""
-        return "slave" if self.is_exchanged else "master"
-
-    @property
-    def as_given(self) -> tuple[Any, tuple[Any, ...]]:
-        """The slave and its masters, as the user calls them."""
-        if self.is_exchanged:
-            return self.master_tags[0], (self.slave_tag,)
-        return self.slave_tag, self.master_tags
+        return [f"master {self.words(tag)}" for tag in self.master_tags]
 
     def words(self, tag: Any) -> str:
         """A tag, for messages."""
@@ -322,7 +299,7 @@ def find_facets(
         if not group.meets_itself:
             other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
         sides = slave_tag, given, slave, masters, surface, other, join(masters)
-        found = a, b, bodies, shares, labels, names, group.is_exchanged
+        found = a, b, bodies, shares, labels, names
         zones.append(ZoneFacets(*sides, *found))
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:

@@ -86,8 +86,6 @@ class Inertia:
         mass: str = "nearest",
     ) -> None:
         self.contact = one_or_several(contact)
-        for one in self.contact.contacts:
-            one.keep_sides()
         comm = self.contact.unknowns.comm
         with together(comm):
             self._forms = list(form) if isinstance(form, (list, tuple)) else [form]

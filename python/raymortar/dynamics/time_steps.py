@@ -180,7 +180,7 @@ class TimeSteps(LoadSteps):
             path=(float(start), float(end)), progress=progress, history=history,
             strategy=strategy, output=output, on_accept=on_accept, on_reject=on_reject,
         )  # fmt: skip
-        problem.contact.owners["motion"] = self
+        problem.contact.states.owners["motion"] = self
         if history is not None:
             history.include(self._account.columns())
 
@@ -224,7 +224,7 @@ class TimeSteps(LoadSteps):
                 raise ContactError(f"time must be one before the end, not {time!r}")
             lacking = [
                 name
-                for name in self._problem.contact.owners.lacking
+                for name in self._problem.contact.states.owners.lacking
                 if "motion" in name
             ]
             if lacking:

@@ -124,7 +124,9 @@ class PairCoefficients(Mapping[tuple[int | str, Masters], tuple[float, ...]]):
     def __init__(self, interfaces: Interfaces, tables: Sequence[Array]) -> None:
         self.interfaces, self.tables = interfaces, list(tables)
         self._values = {
-            zone.facets.as_given: tuple(np.unique(table).tolist())
+            (zone.facets.slave_tag, zone.facets.master_tags): tuple(
+                np.unique(table).tolist()
+            )
             for zone, table in zip(interfaces.zones, tables)
         }
 

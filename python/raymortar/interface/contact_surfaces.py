@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -101,9 +101,6 @@ class ContactSurfaces:
     vector: FunctionSpace
     layout: Layout  # rows of the unknowns
     bodies: Bodies  # parts of the mesh that are connected
-    # By number of a slave surface whose sides are exchanged: how many times as close as
-    # its master's the nodes of the user's slave are
-    exchanged: Mapping[int, float]
 
     @property
     def comm(self) -> MPI.Comm:
@@ -129,7 +126,7 @@ class ContactSurfaces:
     def tags(self) -> str:
         """Slave tags, for messages."""
         facets = (zone.facets for zone in self.zones)
-        return ", ".join(one.words(one.as_given[0]) for one in facets)
+        return ", ".join(one.words(one.slave_tag) for one in facets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,17 +139,6 @@ class Given:
     groups: Sequence[Group]  # slaves with their masters
     options: ContactOptions
     tied: str | None
-    exchanged: Mapping[int, float] = field(default_factory=dict)
-
-    def with_exchanged(self, surfaces: Mapping[int, float]) -> Given:
-        """Exchange the sides of some slave surfaces, of one master each: numbers as of
-        `ContactSurfaces`."""
-        groups = [
-            group.exchanged() if k in surfaces else group
-            for k, group in enumerate(self.groups)
-        ]
-        pairs = self.pairs.exchanged(surfaces)
-        return replace(self, pairs=pairs, groups=groups, exchanged=surfaces)
 
 
 def make_surfaces(given: Given) -> ContactSurfaces:
@@ -197,7 +183,6 @@ def make_surfaces(given: Given) -> ContactSurfaces:
         vector=compat.vector_space(mesh, degree),
         layout=layout,
         bodies=bodies,
-        exchanged=given.exchanged,
     )
 
 

@@ -107,7 +107,7 @@ def _of_points(
     depth[depth <= np.minimum(allowed[0][points["slave"]], met)] = 0.0
     master, messages = zone.masters_of(points), []
     for pair in pairs:
-        mine = master == zone.facets.master_tags.index(pair.hit)
+        mine = master == zone.facets.master_tags.index(pair.master)
         most = largest(comm, depth[mine])
         if most > 0.0:
             place = _deepest(points["x"][mine], depth[mine], most, comm)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -30,9 +30,6 @@ class Pair:
         Name in the columns of a `History`, such as ``force_<label>_x``. It joins both
         names, or tags, by ``_``, which also replaces all but letters and digits. If two
         pairs would have one label, their numbers are added.
-    is_exchanged
-        Whether the master is integrated over in place of the slave, which is prescribed
-        and finer: its points and fields are on the master. Forces stay those on the slave.
     """
 
     slave: int | str
@@ -41,7 +38,6 @@ class Pair:
     master_name: str | None
     surface: int
     label: str
-    is_exchanged: bool = False
 
     def __str__(self) -> str:
         return "({}, {})".format(*self._shown)
@@ -52,11 +48,6 @@ class Pair:
         tool = self.master if isinstance(self.master, Body) else None
         named = self.master_name is not None if tool is None else tool.is_named
         return named or self.slave_name is not None
-
-    @property
-    def hit(self) -> int | str | Body:
-        """The side that rays hit: the master, unless sides are exchanged."""
-        return self.slave if self.is_exchanged else self.master
 
     @property
     def in_other_order(self) -> str:
@@ -271,19 +262,14 @@ class PairTable:
             begin += count
         return cls(labelled(pairs), names)
 
-    def exchanged(self, surfaces: Collection[int]) -> PairTable:
-        """The table with the sides of some slave surfaces exchanged."""
-        pairs = [replace(p, is_exchanged=p.surface in surfaces) for p in self.pairs]
-        return PairTable(pairs, self._names)
-
     def names_at(self, surface: int) -> Mapping[str, int]:
         """Facet tag by name, of the contact of a slave surface."""
         found = (n for p, n in zip(self.pairs, self._names) if p.surface == surface)
         return next(found)
 
     def of_surface(self, surface: int, masters: Sequence[Any]) -> list[int]:
-        """Number of the pair that a slave surface makes with each side that it hits."""
-        known = {p.hit: k for k, p in enumerate(self.pairs) if p.surface == surface}
+        """Number of the pair that a slave surface makes with each master."""
+        known = {p.master: k for k, p in enumerate(self.pairs) if p.surface == surface}
         return [known[master] for master in masters]
 
     def find(self, slave: int | str, master: int | str | Body | None) -> list[int]:

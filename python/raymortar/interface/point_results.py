@@ -30,7 +30,7 @@ class Status(IntEnum):
     """
 
     NO_HIT = 0
-    """No master is in reach: see ``Contact.coverage()`` too. Of a point also where it
+    """No master is in reach: see ``contact.results.coverage()`` too. Of a point also where it
     stands for an uncovered part of a facet; of a node also off the slave."""
     OPEN = 1
     """A master is in reach, and not touched."""

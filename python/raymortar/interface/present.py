@@ -252,12 +252,11 @@ class PresentState:
     def quantities(self, number: int, first: int) -> Iterator[Quantity]:
         """Yield the arrays of the accepted step that only this contact has, in its
         numbers: of the contact and of its first zone."""
-        surfaces, scalar = self._surfaces, self._surfaces.scalar
+        scalar = self._surfaces.scalar
         is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
         zones = np.zeros(len(self._zones))
         yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
         yield common(f"smooth {number}", [is_curved], _other_surfaces)
-        yield common(f"exchanged {number}", surfaces.exchanged, _other_sides)
         if self._multiplier is not None:
             name = f"multiplier {number}"
             yield of_function(name, self._multiplier, is_unknown=True)
@@ -307,18 +306,6 @@ def _other_surfaces(there: Array, here: Array) -> str:
     return (
         f"the state is of a contact with smooth={bool(there[0])}, this one has smooth="
         f"{bool(here[0])}: their surfaces differ"
-    )
-
-
-def _other_sides(there: Array, here: Array) -> str:
-    """Say that sides are exchanged in one of two contacts."""
-    sides = [
-        "with exchanged sides" if len(one) else "with sides as given"
-        for one in (there, here)
-    ]
-    return (
-        f"the state is of a contact {sides[0]}, this one is {sides[1]}: restore it "
-        "once the problem is made, or call keep_sides() of both before"
     )
 
 

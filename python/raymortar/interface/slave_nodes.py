@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from mpi4py import MPI
 
@@ -12,14 +12,12 @@ import numpy.typing as npt
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..compat import Indices, Mask
+from ..compat import Mask
 from ..discretization.facets import N_CORNERS, middle_normals, units
 from ..discretization.ranks import marked_everywhere, sums_at
-from ..discretization.surfaces import Surface, facet_lengths, vector_areas
+from ..discretization.surfaces import Surface, vector_areas
 from ..errors import SetUpError, format_point, raise_everywhere, warn
 from .contact_surfaces import ContactSurfaces
-from .overlap import of_hit_masters
-from .pairs import Pair, in_other_order, spoken
 from .point_results import CLOSED, OPEN, nodal_average
 from .zone_data import ZoneData
 
@@ -32,10 +30,6 @@ FLAT = np.cos(np.deg2rad(1.0))
 ENOUGH = 0.5
 # Largest number of nodes that a message names
 NAMED = 10
-# Distance of a master's nodes over that of the tractions on a prescribed slave, up to
-# which the master may balance these: with sides that can be exchanged, and without. At
-# 1.5 Newton's method fails on flat surfaces; at 1.025 it may, with many facets
-CLOSE, CLOSEST = 1.01, 1.4
 
 
 class Cover:
@@ -195,7 +189,7 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
 # Prescribed displacements
 
 
-def _fixed(surface: Surface, marker: Mask) -> Mask:
+def fixed_components(surface: Surface, marker: Mask) -> Mask:
     """Mark prescribed components of a surface's dofs, (dofs, d)."""
     return marker.reshape(-1, surface.gdim)[surface.dofs]
 
@@ -208,120 +202,11 @@ def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
     held = np.zeros(2, dtype=np.int32)
     for zone in surfaces.zones:
         surface = zone.facets.slave_surface
-        fixed = _fixed(surface, marker)
+        fixed = fixed_components(surface, marker)
         throughout = fixed.all(axis=1)[surface.facet_dofs].all(axis=1)
         held |= [throughout.any(), fixed.any()]
     surfaces.comm.Allreduce(MPI.IN_PLACE, held, op=MPI.MAX)
     return bool(held[0]), bool(held[1])
-
-
-@dataclass(frozen=True)
-class RigidSlave:
-    """A slave with tractions that its master balances alone."""
-
-    zone: ZoneData
-    components: Indices  # of the displacement that are prescribed at all of its nodes
-
-    @property
-    def prescribed(self) -> str:
-        """Say what is prescribed: nothing more where all is."""
-        if len(self.components) == self.zone.facets.slave_surface.gdim:
-            return "prescribed"
-        return "prescribed along " + ", ".join("xyz"[i] for i in self.components)
-
-
-def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlave]:
-    """Find slaves, as the user gave them, that are prescribed throughout, on masters that
-    are not, by number. Collective.
-
-    With friction it is enough that they are where the master is free along the surface:
-    the traction has these components, too.
-    """
-    if surfaces.multiplier is None or not surfaces.zones:
-        return {}
-    fixed = [
-        [_fixed(side, marker).all(axis=0) for side in zone.sides]
-        for zone in surfaces.zones
-    ]
-    held = np.array(fixed, dtype=np.int32)
-    across = np.array([_normal_axis(zone) for zone in surfaces.zones], dtype=np.int32)
-    for marks in (held, across):
-        surfaces.comm.Allreduce(MPI.IN_PLACE, marks, op=MPI.MIN)
-    found = {}
-    for k, (zone, sides, normal) in enumerate(
-        zip(surfaces.zones, held > 0, across > 0)
-    ):
-        slave, master = sides[::-1] if k in surfaces.exchanged else sides
-        slides = ~master & ~normal  # where the master is free along the surface
-        throughout = slave.all() and not master.all()
-        along = zone.frictional and slides.any() and slave[slides].all()
-        if throughout or along:
-            found[k] = RigidSlave(zone, np.flatnonzero(slave))
-    return found
-
-
-def _normal_axis(zone: ZoneData) -> Mask:
-    """Mark the axis along which the normals of all slave facets are, (d,)."""
-    surface = zone.facets.slave_surface
-    normals = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
-    return (np.abs(normals) > FLAT).all(axis=0)
-
-
-def warn_of_finer_rigid_slaves(
-    surfaces: ContactSurfaces, pairs: Sequence[Pair], marker: Mask
-) -> None:
-    """Warn of prescribed slaves with more tractions than their masters may balance, and
-    of exchanged sides. Collective.
-
-    A slave of few facets in contact often solves all the same. A `Tie` has no such
-    limit.
-    """
-    if surfaces.tied is not None:
-        return
-    rigid = rigid_slaves(surfaces, marker)
-    ratios = {
-        k: distance_ratio(one.zone, surfaces)
-        for k, one in rigid.items()
-        if k not in surfaces.exchanged
-    }
-    finer = {k: ratio for k, ratio in ratios.items() if ratio > CLOSEST}
-    for k, ratio in (finer | dict(surfaces.exchanged)).items():
-        own = [pair for pair in pairs if pair.surface == k]
-        swapped = in_other_order(own)
-        slave = spoken(own[0].slave_name, own[0].slave)
-        # Other conditions than those for which sides were exchanged may hold less
-        prescribed = rigid[k].prescribed if k in rigid else "prescribed"
-        remedy = f"give the sides in the other order, {swapped}"
-        if k in surfaces.exchanged:
-            remedy = (
-                f"contact is solved as by {swapped}, with points and fields on "
-                "the master, and with forces by the names given"
-            )
-        warn(
-            f"all of slave {slave} is {prescribed}, and its nodes are {ratio:.3g} times as "
-            "close as those of its master, which may not balance so many tractions: "
-            f"{remedy}",
-        )
-
-
-def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
-    """Distance of a master's nodes over that of the multiplier's, where they face each
-    other; without any hit, of all facets in the mean. Collective.
-    """
-    comm, (slave_side, master_side) = surfaces.comm, zone.sides
-    slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
-    master = facet_lengths(master_side) / master_side.displacement_degree
-    points = zone.points()
-    met = of_hit_masters(zone, points, master)
-    hit = (points["status"] >= OPEN) & np.isfinite(met)
-    area = points["area"][hit]
-    sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])
-    comm.Allreduce(MPI.IN_PLACE, sums)
-    if sums[1] > 0.0:
-        return float(sums[0] / sums[1])
-    means = np.array([master.sum(), len(slave), slave.sum(), len(master)])
-    comm.Allreduce(MPI.IN_PLACE, means)
-    return float(means[:2].prod() / means[2:].prod())
 
 
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
@@ -333,7 +218,7 @@ def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
         bodies = zone.facets.bodies
         if not bodies or any(body.is_free for body in bodies):
             continue
-        held = bool(_fixed(zone.facets.slave_surface, marker).all())
+        held = bool(fixed_components(zone.facets.slave_surface, marker).all())
         if surfaces.comm.allreduce(held, op=MPI.LAND):
             names = ", ".join(body.name for body in bodies)
             raise SetUpError(

@@ -86,7 +86,7 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
         if most > ALLOWED * distance:
             warn(
                 f"the straight facets of {zone.facets.spoken} and its "
-                f"{zone.facets.hit_role}s lie up to {most:.3e} off the curved surfaces "
+                f"masters lie up to {most:.3e} off the curved surfaces "
                 "they stand for, "
                 f"and these are {distance:.3e} apart, or overlap by that, at the start: "
                 "make the Contact with smooth=True, use a mesh of degree 2 "

@@ -56,7 +56,7 @@ class ArcPath(LedPath):
     def _since(self) -> Change:
         """Find the change since the step began."""
         return (
-            self._u.x.array - self._contact.u_of(self._state),
+            self._u.x.array - self._contact.states.u_of(self._state),
             self.trial - self.factor,
         )
 
@@ -72,7 +72,7 @@ class ArcPath(LedPath):
         if len(numbers) < 11 or not starts:
             return
         self.time, self._first, self._count = self._done, numbers[9], int(numbers[10])
-        start = self._contact.u_of(starts[-1])
+        start = self._contact.states.u_of(starts[-1])
         self._last = self._u.x.array - start, self.factor - self._before
 
     def row(self) -> tuple[Array, float, float]:
@@ -124,7 +124,7 @@ class ArcPath(LedPath):
         iterations, converged = super().solve()
         end, way = self._ends[1], self.trial - self.factor
         if (self.trial - end) * (self.factor - end) <= 0.0 and way != 0.0:
-            self._contact.go_back(self._state, (end - self.factor) / way)
+            self._contact.states.go_back(self._state, (end - self.factor) / way)
             self._load(end)
             iterations += int(self._given.solve()[0])
             self.trial = end

@@ -113,7 +113,7 @@ class Checkpoint:
         on from, Functions."""
         found = [
             *settings(self.problem, self._bodies),
-            *self.problem.contact.quantities(),
+            *self.problem.contact.states.quantities(),
         ]
         if self.history is not None:
             found += self.history.quantities()
@@ -245,17 +245,17 @@ class Checkpoint:
             f = Function(one.by)
             compat.set_by_cell(f, values)
             state[one.name] = f.x.array
-        own = {one.name for one in contact.quantities()}
+        own = {one.name for one in contact.states.quantities()}
         for one in found:
             if one.name not in own:
                 one.write(state.pop(one.name, None))
         contact.restore(state)
-        waiting = contact.owners.waiting
+        waiting = contact.states.owners.waiting
         for table in head["tables"]:
             if Owners.has(table["name"]) and table["name"] not in state:
                 waiting[table["name"]] = partial(self._late, head, table)
-        contact.owners.claim()
-        if contact.updates == 0:
+        contact.states.owners.claim()
+        if contact.system.updates == 0:
             contact.update()
         self.problem.evaluate()
         if self.history is not None:
@@ -366,8 +366,7 @@ def _law(contact: Any) -> str | None:
     if not isinstance(method, AugmentedLagrangian):
         return None
     dual = "multiplier='dual' and " * method.is_dual
-    sides = " and exchanged sides" * bool(contact.surfaces.exchanged)
-    return f"{dual}condition={method.condition!r}{sides}"
+    return f"{dual}condition={method.condition!r}"
 
 
 def _is_by_cell(one: Quantity) -> bool:

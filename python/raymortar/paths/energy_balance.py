@@ -123,8 +123,8 @@ def balance_of_step(
     """
     contact: Any = problem.contact
     end = contact.state()
-    u = contact.u_of(end)
-    du = (u - contact.u_of(begin))[: contact.layout.n_u]
+    u = contact.states.u_of(end)
+    du = (u - contact.states.u_of(begin))[: contact.layout.n_u]
     path.set_first_loads()
     contact.restore(begin)
     first = _end(problem, of_begin=True)
@@ -215,7 +215,7 @@ def _volume_forces(problem: CoupledProblem) -> Array:
 def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
     """Average the form's forces between two states; leave u elsewhere. Collective."""
     unknowns, mean = problem.contact.unknowns, np.zeros(problem.contact.layout.n_u)
-    a, b = map(problem.contact.values_of, (begin, end))
+    a, b = map(problem.contact.states.values_of, (begin, end))
     for place, weight in zip(PLACES, WEIGHTS):
         unknowns.set_values(a + place * (b - a))
         mean += weight * _volume_forces(problem)

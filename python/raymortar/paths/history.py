@@ -104,7 +104,7 @@ class History:
           parts of that force; ``radial_ring_plate``: if contact is axisymmetric, see
           `results.Resultant`;
         - ``force_on_<name>_x``, ...: with ``pairs="all"`` the contact force on every
-          tag and every body without one, named as in `Interaction.meetings`;
+          tag and every body without one, named as in `results.meetings`;
         - ``reaction_<name>_x``, ...: `NonlinearProblem.reactions`;
         - of every rigid body by its name ``push_<name>_x``, ``moment_<name>_x``: force of
           contact on it and moment about its centre; ``translation_<name>_x``,
@@ -222,8 +222,10 @@ class History:
                 own = []
             found.append((label, i, None, partial(contact.resultant, i, None)))
             for k, pair in own:
-                master = zone.facets.master_tags.index(pair.hit)
-                found.append((pair.label, i, master, partial(contact.of_pair, k)))
+                master = zone.facets.master_tags.index(pair.master)
+                found.append(
+                    (pair.label, i, master, partial(contact.results.of_pair, k))
+                )
         return found
 
     def _own_columns(
@@ -237,13 +239,13 @@ class History:
             kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
             yield names, partial(_parts_of, find, kinds)
-        for label, find in contact.parts_of_all():
+        for label, find in contact.results.parts_of_all():
             names = [f"force_on_{label}_{x}" for x in axes]
             yield names, partial(_parts_of, find, ["force"])
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
-        for label, _, _, find in parts if contact.axisymmetric else ():
+        for label, _, _, find in parts if contact.system.axisymmetric else ():
             yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())

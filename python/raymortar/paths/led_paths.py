@@ -231,7 +231,9 @@ class LedPath(PrescribedPath, ABC):
         if most == 0.0 or rank != self._comm.rank:
             return {}
         k = int(np.argmax(weights))
-        return {self._contact.layout.begin + k: self._contact.stiffness_diagonal[k]}
+        return {
+            self._contact.layout.begin + k: self._contact.system.stiffness_diagonal[k]
+        }
 
     def _differentiate(self, slope: PETSc.Vec, loads: PETSc.Vec) -> None:
         """Differentiate the last residual by the load factor; overwrite `loads`."""

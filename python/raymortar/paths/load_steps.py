@@ -377,7 +377,7 @@ class LoadSteps:
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
             contact.update()
-            texts += contact.free_bodies.rubbed()
+            texts += contact.system.free_bodies.rubbed()
         texts += more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)

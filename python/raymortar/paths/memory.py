@@ -16,9 +16,9 @@ from .strategies import Strategies
 
 def memory_of(contact: Any) -> PathMemory:
     """The memory that all paths of a contact share, one after the other. Collective."""
-    found = contact.owners.get("path")
+    found = contact.states.owners.get("path")
     if not isinstance(found, PathMemory):
-        found = contact.owners["path"] = PathMemory(contact)
+        found = contact.states.owners["path"] = PathMemory(contact)
     return found
 
 
@@ -57,7 +57,7 @@ class PathMemory:
     def quantities(self) -> Iterator[Quantity]:
         """Yield the starts, and numbers of the path and of its ways."""
         for k in range(2):
-            for one in self._contact.changing():
+            for one in self._contact.states.changing():
                 of = partial(self._start, k, one.name), partial(self._take, k, one.name)
                 yield Quantity(f"{k} {one.name}", *of, one.by, is_of_step=False)
         for name in ("steps", "path", "ways"):

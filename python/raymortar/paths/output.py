@@ -282,7 +282,7 @@ class Output:
         series = [f"{self.path.stem}_{what}" for what in ("segments", "points")]
         folder = folder_of(self._comm, self.path)
         file = folder / f"{series[0]}_{self.steps:04d}.vtu"
-        self.problem.contact.write_segments(file)
+        self.problem.contact.results.write_segments(file)
         ending = ".vtu" if self._comm.size == 1 else ".pvtu"
         for stem, name in zip(series, (file.stem, f"{file.stem}_points")):
             path = self.path.with_name(f"{stem}.pvd")

@@ -58,7 +58,7 @@ def checked_axes(problem: CoupledProblem, axes: Any) -> dict[str, tuple[Array, A
         return {}
     if not isinstance(axes, Mapping):
         raise ContactError(f"axes must be axes by name, not {axes!r}")
-    if axes and problem.contact.axisymmetric:
+    if axes and problem.contact.system.axisymmetric:
         raise ContactError("axes: a solid of revolution has no torque")
     found = {}
     for name, axis in axes.items():
@@ -112,7 +112,7 @@ class SupportWork:
         """Forces that hold the dofs of u, ghosts included, and u. Collective."""
         contact = self._problem.contact
         dofmap, u = contact.u.function_space.dofmap, contact.u.x.array.copy()
-        if not (self.names and contact.updates):
+        if not (self.names and contact.system.updates):
             return np.zeros(len(u)), u
         forces = compat.create_la_vector(dofmap.index_map, dofmap.index_map_bs)
         forces.array[: contact.layout.n_u] = self._problem.forces()
@@ -181,7 +181,7 @@ class BodyColumns:
         """Find the columns at the last update, given the last record. Collective."""
         found: list[float] = []
         for body, names, begin in zip(self._bodies, self._columns, self._begin):
-            on = self._contact.resultant_on(body)
+            on = self._contact.results.resultant_on(body)
             force, moment = on.force, np.atleast_1d(on.moment)
             if on.radial is not None:  # work is done where a ring is widened
                 force = np.array([on.radial, force[1]])

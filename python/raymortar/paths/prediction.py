@@ -89,7 +89,7 @@ class Prediction:
     def _go(self, end: State, begin: State, factor: float) -> None:
         """Add a multiple of a change to the present state."""
         self._path.extrapolate(factor)
-        self._problem.contact.extrapolate(end, begin, factor)
+        self._problem.contact.states.extrapolate(end, begin, factor)
 
     def _stay(self, now: State) -> None:
         """Go back to the accepted state. Collective."""

@@ -58,7 +58,7 @@ def _coefficients(contact: Any, k: int) -> Iterator[Quantity]:
                 if abs(ratio[0] - 1.0) > SAME:
                     contact.set_gamma(ratio[0] * assembly.own_gamma)
                 return
-        of = contact.interfaces
+        of = contact.surfaces.interfaces
         shapes = [(len(a), len(b)) for a, b in zip(of.slave, of.master)]
         parts = np.split(values, np.cumsum([a * b for a, b in shapes])[:-1])
         tables = [part.reshape(shape) for part, shape in zip(parts, shapes)]

@@ -232,7 +232,7 @@ def _that_bend(problem: Any) -> list[tuple[Any, Any]]:
     contact = problem.contact
     return [
         (one, gamma)
-        for one, gamma in zip(contact.contacts, contact.softer(problem.bcs))
+        for one, gamma in zip(contact.contacts, contact.system.softer(problem.bcs))
         if gamma is not None
         and (
             one.assembly.gamma_is_soft

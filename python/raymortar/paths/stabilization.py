@@ -110,10 +110,10 @@ class Stabilization:
     def _meets(self) -> Mask:
         """Whether slave or masters of each zone are on each body, (zones, bodies)."""
         contact = self._contact
-        found = np.zeros((len(contact.zones), contact.bodies.count))
+        found = np.zeros((len(contact.zones), contact.system.bodies.count))
         for meets, zone in zip(found, contact.zones):
             for surface in (zone.facets.slave_surface, zone.facets.master_surface):
-                meets[bodies_of_facets(contact.bodies, surface)] = 1.0
+                meets[bodies_of_facets(contact.system.bodies, surface)] = 1.0
         self._problem.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
         return found > 0.0
 
@@ -319,7 +319,9 @@ class Stabilization:
         if facets.bodies:
             return 0.0
         V, dim = contact.u.function_space, facets.slave_surface.gdim
-        x = V.tabulate_dof_coordinates()[:, :dim] + contact.u_old.reshape(-1, dim)
+        x = V.tabulate_dof_coordinates()[:, :dim] + contact.states.u_old.reshape(
+            -1, dim
+        )
         low, high = (
             ends_of(x[surface.dofs], contact.layout.comm)
             for surface in (facets.slave_surface, facets.master_surface)

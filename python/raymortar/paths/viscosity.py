@@ -47,7 +47,7 @@ class Viscosity(Term):
         J = problem.form_of_u[1]
         v, du = (compat.part_of(one, part.component) for one in J.arguments())
         k = self._scale * self._k
-        of_turn = weight(V.mesh) if problem.contact.axisymmetric else 1.0
+        of_turn = weight(V.mesh) if problem.contact.system.axisymmetric else 1.0
         force = ufl.inner(k * (part.u - self._start), v) * of_turn * ufl.dx
         tangent = ufl.inner(k * du, v) * of_turn * ufl.dx
         self._force = compat.form(force)
@@ -66,7 +66,7 @@ class Viscosity(Term):
         cells = cells[:owned]
         self._cells = compat.dofmap_array(self._k.function_space)[:owned, 0]
         self._middles = V.tabulate_dof_coordinates()[cells, :dim].mean(axis=1)
-        self._of_cell = problem.contact.bodies.dofs[cells[:, 0]]
+        self._of_cell = problem.contact.system.bodies.dofs[cells[:, 0]]
         k = self._stiffness(mass)[self._of_cell, None, None]
         # Of forces that fade, and of those that hold a motion, (cells, d, d)
         self._fading, self._holding = k * np.eye(dim), 0.0 * k * np.eye(dim)
@@ -74,7 +74,7 @@ class Viscosity(Term):
     def _stiffness(self, mass: Any) -> Array:
         """Find k of every body, given the form of the mass."""
         groups = self._problem.convergence.groups
-        diagonals = self._contact.stiffness_diagonal, self._of_displacement(mass)
+        diagonals = self._contact.system.stiffness_diagonal, self._of_displacement(mass)
         sums = groups.sum(*map(groups.on_rows, diagonals))[:, : groups.bodies]
         return np.asarray(np.abs(sums[0]) / sums[1])
 

@@ -148,7 +148,7 @@ def checked(
             raise ContactError(
                 "field is a Function on another mesh than the displacement"
             )
-        axes = "rz" if contact.axisymmetric else "xy"
+        axes = "rz" if contact.system.axisymmetric else "xy"
         options = AxisOptions(x, centre, units, axes, truth("zoom", zoom))
     require_agreement(contact.layout.comm, zoom=zoom)
     return options

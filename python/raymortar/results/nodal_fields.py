@@ -24,6 +24,9 @@ from ..interface.point_results import (
 )
 from ..interface.present import PresentState
 from ..options.friction import Law
+from ..options.methods import Penalty
+from .points import Results
+from .sums import friction_work, stored_energy
 
 PARTS = ("total", "normal", "tangential")
 
@@ -35,12 +38,15 @@ def check_part(part: Any, comm: MPI.Comm) -> None:
     )
 
 
-class NodalFields:
-    """Results of a contact at its slave nodes, at the last update. Collective."""
+class ContactResults(Results):
+    """Results of one contact: at points, at slave nodes, and its energies, at the last
+    update. Collective."""
 
-    surfaces: ContactSurfaces
-    friction: Law | None
-    _present: PresentState
+    def __init__(self, contact: Any) -> None:
+        super().__init__(contact)
+        self.surfaces: ContactSurfaces = contact.surfaces
+        self.friction: Law | None = contact.friction
+        self._present: PresentState = contact.assembly.present
 
     def _average(
         self,
@@ -186,7 +192,7 @@ class NodalFields:
         --------
         >>> points = contact.points()
         >>> shear = np.linalg.norm(points["traction"], axis=1) - points["pressure"]
-        >>> contact.to_nodes(shear, "shear")
+        >>> contact.results.to_nodes(shear, "shear")
         """
         each = [values] if isinstance(values, np.ndarray) else values
         self._present.require_results()
@@ -246,3 +252,45 @@ class NodalFields:
             found.append(self.slip())
         multiplier = self.surfaces.multiplier
         return found if multiplier is None else [multiplier, *found]
+
+    def friction_work(self) -> float:
+        """Work that tangential tractions take in this step, before `advance`. Collective.
+
+        The integral of -t . T_n w over the slave surfaces: force times length, per
+        thickness in 2D, or of a full turn. The tractions at the end of the step count.
+        With the elastic penalty the springs store a part of it, the growth of
+        ``stored_energy("tangential")``.
+        """
+        if self.friction is None:
+            return 0.0
+        self._present.require_results()
+        return friction_work(self.zones)
+
+    def stored_energy(self, part: str = "total") -> float:
+        """Energy that the penalty stores at the last `update`. Collective.
+
+        The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
+        length, per thickness in 2D, or of a full turn. 0 with a multiplier, and with
+        ``Penalty(exact=True)``, which has no penetration.
+
+        Parameters
+        ----------
+        part
+            ``"normal"``: in the penetration; ``"tangential"``: in the friction springs,
+            0 with ``tangential="rate"``, which has none; ``"total"``: in both.
+        """
+        check_part(part, self._comm)
+        if not isinstance(self._contact.method, Penalty) or self._contact.method.exact:
+            return 0.0
+        self._present.require_results()
+        if self.friction is not None and self._contact.method.tangential == "rate":
+            if part == "tangential":
+                return 0.0
+            part = "normal"
+        return stored_energy(self.zones, part)
+
+
+def results_of(contact: Any) -> Results:
+    """Make the results of a contact, or the common ones of several in one problem."""
+    is_one = contact.contacts == (contact,)
+    return ContactResults(contact) if is_one else Results(contact)

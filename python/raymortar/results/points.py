@@ -22,7 +22,15 @@ from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
 from .segments import write_segments
-from .sums import Resultant, added, mutual, resultant, resultant_on
+from .sums import (
+    Resultant,
+    Statistics,
+    added,
+    mutual,
+    resultant,
+    resultant_on,
+    statistics,
+)
 
 
 @dataclass(frozen=True)
@@ -137,65 +145,27 @@ def _tables(
     return tables
 
 
-class PointResults:
+class Results:
     """Results at the integration points of contacts, and their sums.
 
-    Zones and pairs are those of all contacts, one after the other.
+    Parameters
+    ----------
+    contact
+        One, or several in one problem, whose zones are then numbered through.
     """
 
-    zones: list[ZoneData]
-    parts: tuple[Any, ...]
-    pair_table: PairTable
-    _comm: MPI.Comm
-    _says_unsolved = True
+    def __init__(self, contact: Any) -> None:
+        self._contact = contact
+        self.zones: list[ZoneData] = contact.zones
+        self.parts: tuple[Any, ...] = contact.parts
+        self.pair_table: PairTable = contact.pair_table
+        self._comm: MPI.Comm = contact.unknowns.comm
+        self._says_unsolved = True
 
     def points(
         self, zone: int | str = 0, master: int | str | Body | None = None
     ) -> dict[str, Array]:
-        """Arrays over this rank's integration points of a slave, at the last `update`.
-
-        If sides are exchanged (`Pair.is_exchanged`), the points are on the master, and
-        slave and master change places in this list.
-
-        Parameters
-        ----------
-        zone, master
-            As for `resultant`: number of the slave surface, from 0 on in the order of
-            pairs, or its name. With a master: the points of this pair, whose rays hit
-            this master.
-
-        Returns
-        -------
-        Arrays by name, n rows each:
-
-        - ``x`` (n, d): deformed position; ``normal`` (n, d): the slave's, outward
-        - ``gap``: of the law, with the offset; negative in penetration. Length
-        - ``distance``: slave to master along the normal, without the offset. Length
-        - ``pressure``: pressure of the law, positive in compression, 0 where it is
-          open. Traction
-        - ``traction`` (n, d): what acts on the slave, in global coordinates. With
-          ``multiplier="dual"`` both are interpolated from the nodes' values
-          [theory (4.35)], and not zero at open points beside closed ones
-        - ``slip`` (n, d), with friction only: T_n w since the accepted step, in the
-          slave's tangent plane; ``closing``: how much of an open gap has closed since
-          then; ``accumulated_slip``: length of the slip of all accepted steps. Length
-        - ``gamma``: coefficient of the law. Traction per length
-        - ``status``: a `Status`
-        - ``weight``: area for which a point stands, by `measure`, of a full turn if the
-          contact is axisymmetric: sums over points are integrals. **Negative** at points
-          without hit that take from a whole facet what its segments cover. ``area``:
-          the same in the undeformed configuration
-        - ``pair``: number of the pair in `pairs`, -1 where no master is hit
-        - ``X`` (n, d): undeformed position; ``facet``, ``cell``: local index of the
-          slave's facet and of its cell in DOLFINx's mesh; ``reference`` (n, d): where
-          the point is on the reference cell, in DOLFINx's order. A Function ``f`` on
-          the slave's mesh has the values ``f.eval(X, cell)``, X with 3 columns
-        - ``slave``, ``master``: indices into this rank's facets with the tags, -1 for
-          no master; ``xi``, ``eta`` (n, d - 1): reference coordinates on these, in
-          raymortar's own order, see ``reference``
-        - ``seed``: master facet of the segment, on which the ray starts its search; -1
-          on uncovered parts. ``ray``: how the search ended, 0 for a hit
-        """
+        """See `Contact.points`."""
         self._require_results()
         if master is None and not isinstance(zone, str):
             return self._points_of(self._surface(zone))
@@ -286,32 +256,7 @@ class PointResults:
     def resultant(
         self, slave: int | str = 0, master: int | str | Body | None = None
     ) -> Resultant:
-        """Contact force on a slave surface, or of a pair, its moment and its parts.
-
-        The force acts on the slave; the master feels the opposite. With
-        ``axisymmetric=True`` it is the sum over a full turn, along the axis, and
-        ``radial`` has the radial part, which cancels: see `results.Resultant`.
-        Collective.
-
-        Parameters
-        ----------
-        slave
-            With a master the slave of the pair, its name or tag. Without one its name,
-            or the number of the slave surface, from 0 on in the order of pairs. With
-            ``pairs="all"`` any tag, or a body as `meetings` names it.
-        master
-            Name or tag, or a `rigid.Body`. None: all that the slave meets.
-
-        Raises
-        ------
-        ContactError
-            If there is no such surface or pair.
-
-        Examples
-        --------
-        >>> contact.resultant("ring", "plate").force
-        >>> contact.resultant("ring").force  # of all its pairs
-        """
+        """See `Contact.resultant`. Collective."""
         self._warn_if_unsolved()
         with together(self._comm):
             self._require_results()
@@ -333,7 +278,7 @@ class PointResults:
         """Sum up the forces of the pair with a number. Collective."""
         pair = self.pair_table.pairs[k]
         zone = self.zones[pair.surface]
-        master = zone.facets.master_tags.index(pair.hit)
+        master = zone.facets.master_tags.index(pair.master)
         return resultant(zone, master)
 
     def resultants(self) -> list[Resultant]:
@@ -379,3 +324,10 @@ class PointResults:
             if not any(body in zone.facets.bodies for zone in self.zones):
                 raise ContactError(f"{body!r} is the master of no pair")
         return resultant_on(self.zones, body)
+
+    @property
+    def statistics(self) -> Statistics:
+        """Counts and seconds over all zones and ranks: see `Statistics`. Collective."""
+        counts = statistics(self.zones, self._contact.layout)
+        counts.preallocations = self._contact.system.preallocations
+        return counts

@@ -197,7 +197,7 @@ def _plain(moment: Array) -> Array | float:
 def resultant(
     zone: ZoneData, master: int | None = None, at_hits: bool = False
 ) -> Resultant:
-    """Sum up force and moment on the side of a zone that the user calls slave. Collective.
+    """Sum up force and moment on the slave side of a zone. Collective.
 
     Of the master with an index alone, or of all and points without a hit. Tractions have
     the arms of the slave, with the couple of friction over the gap, theory (3); or, if
@@ -208,8 +208,7 @@ def resultant(
     points = zone.seen_points()
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
-    found = _sum_up(zone, points, at_hits)
-    return _opposite(found) if zone.facets.is_exchanged else found
+    return _sum_up(zone, points, at_hits)
 
 
 def _chosen(points: dict[str, Array], mine: Mask) -> dict[str, Array]:

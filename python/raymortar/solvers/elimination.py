@@ -150,7 +150,7 @@ class BodiesPreconditioner(KnowsProblem):
         if not self._factors:
             # The multiplier is divided by gamma, and so its equation is multiplied
             self._factors = [
-                contact.gamma_scale**2 / surface_stiffness(contact)
+                contact.assembly.gamma_scale**2 / surface_stiffness(contact)
                 for contact in contacts
             ]
         of_bodies = sum(len(body.freedom) for body in layout.own_bodies)
@@ -245,7 +245,9 @@ def lumped_mass(contact: Any) -> Array:
         points = zone.cpp.points()
         shape = zone.facets.slave_surface.shape
         N, _ = shape_functions(shape, degree, points["xi"])
-        if contact.axisymmetric:  # of degree 2 they have no mean at a node on the axis
+        if (
+            contact.system.axisymmetric
+        ):  # of degree 2 they have no mean at a node on the axis
             N = np.abs(N)
         dofs = zone.multiplier_table[points["slave"]]
         np.add.at(mass.array, dofs, points["weight"][:, None] * N)
@@ -258,7 +260,7 @@ def surface_stiffness(contact: Any) -> float:
     V, comm = contact.u.function_space, contact.layout.comm
     bs = V.dofmap.index_map_bs
     slave = owned_nodes_on(V, [zone.facets.slave_surface for zone in contact.zones])
-    diagonal = contact.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
+    diagonal = contact.system.stiffness_diagonal.reshape(-1, bs)[slave].sum() / bs
     sums = np.array([diagonal, lumped_mass(contact).sum()])
     comm.Allreduce(MPI.IN_PLACE, sums)
     return float(sums[0] / sums[1])

@@ -63,7 +63,7 @@ class CoupledSystem(CoupledIterates):
         -------
         The volume, which `belong_to` takes.
         """
-        with together(self._comm):
+        with together(self.comm):
             check_compiled(a, len(self.unknowns.functions))
         for part in self.parts:
             if part.unknowns.spaces is None:
@@ -134,29 +134,14 @@ class CoupledSystem(CoupledIterates):
     # Room
 
     def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """Zero vector over [u, multiplier]; the form L is not needed. Collective.
-
-        Without a multiplier it has DOLFINx's layout and ghosts, as
-        ``dolfinx.fem.petsc.create_vector(L)``; with one see `form_block`.
-        """
+        """See `Contact.create_vector`. Collective."""
         if self.layout.more_than_forms:
             return self.layout.create_vector()
         return self.layout.create_form_vector()
 
     @contextmanager
     def form_block(self, b: PETSc.Vec) -> Iterator[PETSc.Vec]:
-        """Rows of the form of a vector over [u, multiplier], with DOLFINx's layout and
-        ghosts, for DOLFINx's functions of vectors. Collective.
-
-        Ghosts are zero at the begin. At the end the owned rows are copied back; without a
-        multiplier it is b itself.
-
-        Examples
-        --------
-        >>> with contact.form_block(b) as b_u:
-        ...     fem.petsc.assemble_vector(b_u, L)
-        ...     b_u.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
-        """
+        """See `Contact.form_block`. Collective."""
         self._require_rows("form_block", b, PETSc.Vec)
         n = self.layout.n
         if not self.layout.more_than_forms:
@@ -173,16 +158,10 @@ class CoupledSystem(CoupledIterates):
             part.destroy()
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
-        """Matrix over [u, multiplier] with room for volume and contact. Collective.
-
-        Parameters
-        ----------
-        a
-            Compiled bilinear form of everything but contact.
-        """
+        """See `Contact.create_matrix`. Collective."""
         # Free the memory of earlier solvers before more is needed
-        free_dropped(self._comm)
-        compat.destroy_garbage(self._comm)
+        free_dropped(self.comm)
+        compat.destroy_garbage(self.comm)
         volume = self.parts[0].volume
         if volume is None or volume.form is not a:
             self.prepare(a)
@@ -204,7 +183,7 @@ class CoupledSystem(CoupledIterates):
         if not self.preallocations:
             parts = self.parts
             zones = ((z, part.layout.components) for part in parts for z in part.zones)
-            require_memory(self._comm, self._volume, zones)
+            require_memory(self.comm, self._volume, zones)
         for part in self.parts:
             part.preallocations += 1
             part.extensions += extended
@@ -234,7 +213,7 @@ class CoupledSystem(CoupledIterates):
             message = f"{name} needs pairs: call update first"
         elif any(part.gamma is None for part in self.parts):
             message = f"{name} needs gamma: give one, or make a problem, which sets it"
-        raise_everywhere(self._comm, message)
+        raise_everywhere(self.comm, message)
         self._require_rows(name, thing, kind)
 
     def _require_rows(self, name: str, thing: Any, kind: Any) -> None:
@@ -253,25 +232,16 @@ class CoupledSystem(CoupledIterates):
                     f"multiplier], and was given {rows}: use create_matrix or "
                     "create_vector"
                 )
-        raise_everywhere(self._comm, message)
+        raise_everywhere(self.comm, message)
 
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.
         Collective."""
         covered = all([zone.pattern.covers(zone.cpp) for zone in self.zones])
-        return bool(self._comm.allreduce(covered, op=MPI.LAND))
+        return bool(self.comm.allreduce(covered, op=MPI.LAND))
 
     def make_room(self, A: PETSc.Mat) -> bool:
-        """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
-
-        If so, A loses its values, and everything attached to it except null spaces and
-        the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not notice
-        the new pattern, and would write the new values into memory of the old one.
-
-        Returns
-        -------
-        Whether A was preallocated anew.
-        """
+        """See `Contact.make_room`. Collective."""
         self._require("make_room", A, PETSc.Mat)
         return self.extend_room(A)
 
@@ -298,18 +268,7 @@ class CoupledSystem(CoupledIterates):
     # Assembly
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
-        """Add the tangent at the last `update`. Collective.
-
-        Values may have been added to A or inserted, as DOLFINx does with constrained
-        diagonals. Constrained rows and columns are left out. The caller assembles A
-        afterwards.
-
-        Raises
-        ------
-        ContactError
-            If pairs have appeared that A cannot hold: `make_room` comes before the forms
-            are assembled.
-        """
+        """See `Contact.assemble_matrix`. Collective."""
         self._require("assemble_matrix", A, PETSc.Mat)
         if self._lacks_room(A):
             raise ContactError(
@@ -329,11 +288,7 @@ class CoupledSystem(CoupledIterates):
             self.free_bodies.add_tangent(A)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
-        """Add the residual at the last `update`. Collective.
-
-        Constrained rows are left out, and ghosts of b are left alone: call it before or
-        after ``b.ghostUpdate``.
-        """
+        """See `Contact.assemble_vector`. Collective."""
         self._require("assemble_vector", b, PETSc.Vec)
         self.constrained(bcs)
         b.assemble()  # what was inserted
@@ -343,23 +298,11 @@ class CoupledSystem(CoupledIterates):
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
     ) -> None:
-        """b <- b - alpha A_c (g - x0) over constrained columns. Collective.
-
-        Parameters
-        ----------
-        b
-            Vector over [u, multiplier].
-        bcs
-            Dirichlet conditions.
-        x0
-            Ghosted array of u.
-        alpha
-            Factor, -1 for the residual of Newton's method.
-        """
+        """See `Contact.apply_lifting`. Collective."""
         self._require("apply_lifting", b, PETSc.Vec)
         found, shape = np.shape(x0), self.u.x.array.shape
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
-        raise_everywhere(self._comm, None if found == shape else message)
+        raise_everywhere(self.comm, None if found == shape else message)
         self.constrained(bcs)
         b.assemble()  # what was inserted
         self.cpp.lift(b.handle, self.unknowns.increment_u(bcs, x0), alpha)

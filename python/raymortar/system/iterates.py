@@ -14,7 +14,8 @@ from dolfinx.fem import Function
 
 from .. import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.layout import CoupledRows
+from ..discretization.layout import CoupledRows, Layout
+from ..discretization.surfaces import Bodies
 from ..discretization.unknowns import Field, Lacking, Unknowns
 from ..errors import ContactError, SetUpError, raise_everywhere
 from .assembly import ContactAssembly
@@ -34,20 +35,26 @@ class CoupledIterates:
         Slave surfaces of all contacts.
     """
 
-    layout: CoupledRows
+    layout: Layout | CoupledRows
 
     def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
         self.unknowns, self.parts = unknowns, tuple(parts)
-        self._comm: MPI.Comm = unknowns.comm
+        self.comm: MPI.Comm = unknowns.comm
         self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
         self._groups: tuple[Any, ...] | None = None
         self.zones = [zone for part in self.parts for zone in part.zones]
+        if len(self.parts) == 1:
+            self.layout = self.parts[0].layout
 
     @property
     def u(self) -> Function:
-        """Displacement on its own space: the user's Function, or a copy that follows a
-        part of a mixed Function."""
+        """Displacement on its own space."""
         return self.unknowns.u
+
+    @property
+    def bodies(self) -> Bodies:
+        """Parts of the mesh that are connected, by displacement node."""
+        return self.parts[0].surfaces.bodies
 
     @property
     def axisymmetric(self) -> bool:
@@ -96,24 +103,32 @@ class CoupledIterates:
         self._cpp = values, made
         return made
 
-    # Iterates
-
-    def update(self, pair: bool = True) -> None:
-        """Pair and integrate at the present displacement. Collective.
-
-        Parameters
-        ----------
-        pair
-            False: keep segments and integration points on the slave as the last update
-            with True has left them, and cast the points' rays anew. The tangent is then
-            that at fixed points, whatever `tangent` says.
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for, the displacement among it. Collective.
 
         Raises
         ------
         ContactError
-            If the displacement is not finite, if the mesh has been moved on the contact
-            surfaces since `Contact` was made, or if there are no points to keep.
+            If the displacement is none of it, or if a contact belongs to a problem with
+            other unknowns or other contacts.
         """
+        if len(self.parts) == 1:
+            self.parts[0].solve_for(functions)
+            self.layout = self.parts[0].layout
+            return
+        partners = tuple(part.number for part in self.parts)
+        for part in self.parts:
+            part.set_functions(functions, partners)
+        self.layout = CoupledRows(self.unknowns, [part.layout for part in self.parts])
+        surfaces = [part.surfaces for part in self.parts]
+        for part in self.parts:
+            part.send_rows()
+            part.find_cross_points(surfaces)
+
+    # Iterates
+
+    def update(self, pair: bool = True) -> None:
+        """Pair and integrate, see `Contact.update`. Collective."""
         if not pair and self.updates == 0:
             raise ContactError(
                 "update(pair=False) has no points to keep: call update()"
@@ -131,7 +146,7 @@ class CoupledIterates:
         """Raise if the mesh has been moved on the contact surfaces. Collective."""
         for part in self.parts:
             for reference in part.surfaces.references:
-                raise_everywhere(self._comm, reference.fault(), SetUpError)
+                raise_everywhere(self.comm, reference.fault(), SetUpError)
 
     def take(self, x: PETSc.Vec, seen: int | None) -> int:
         """Take over an iterate: unknowns, pairing, integration. Collective.
@@ -159,7 +174,7 @@ class CoupledIterates:
         return sum(map(_REVISION, self.parts))
 
     @property
-    def _scales(self) -> list[float]:
+    def scales(self) -> list[float]:
         """Factors by which multipliers are divided among the unknowns."""
         return list(map(_SCALE, self.parts))
 
@@ -174,7 +189,7 @@ class CoupledIterates:
             bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
             if bad and message is None:
                 message = f"the {name} has {bad} entries that are not finite"
-        raise_everywhere(self._comm, message)
+        raise_everywhere(self.comm, message)
 
     def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
         """Send the present state to the zones and pair them. Collective."""
@@ -187,17 +202,16 @@ class CoupledIterates:
     # Values
 
     def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
-        self.layout.to_vector(x, self._scales)
+        """Copy from the functions, see `Contact.to_vector`."""
+        self.layout.to_vector(x, self.scales)
 
     def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy the solver's unknowns to the functions and their ghosts, and to those of
-        x, if it has any. Collective."""
+        """Copy to the functions, see `Contact.from_vector`. Collective."""
         with x.localForm() as local:
             has_ghosts = bool(local)
         if has_ghosts:
             x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        self.layout.from_vector(x, self._scales)
+        self.layout.from_vector(x, self.scales)
 
     # Residual
 

@@ -79,22 +79,6 @@ def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
     assert advice in text.rpartition(". Try ")[2]
 
 
-@pytest.mark.mpi
-def test_a_rigid_slave_is_named():
-    """Finer than its soft master: its multiplier asks for more than the facets can."""
-    scene = two_blocks(COMM, 2, "quadrilateral", 4, 9)
-    down = lambda x: -0.1 + 0 * x  # noqa: E731
-    case = build(
-        scene,
-        material="neo-hookean",
-        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, ["top", "slave"], value=down)],
-        frame="slave",  # so sides stay as they are
-    )
-    tag = scene.tags["slave"]
-    with pytest.raises(ConvergenceError, match=f"all of slave tag {tag} is prescribed"):
-        case.solve(SNESSolver)
-
-
 @pytest.mark.parametrize(
     "in_use, proposed, left_out",
     [
@@ -212,7 +196,7 @@ def test_moduli_are_compared_as_they_are(stiffer, degree):
     found = stiff_on_soft(stiffer, degree)
     contact = found.contact
     ratios = stiffness_ratios(
-        found.problem._pattern, contact.interfaces, found.problem.bcs
+        found.problem._pattern, contact.surfaces.interfaces, found.problem.bcs
     )
     assert ratios[0].shape == (1, 1)
     assert 0.3 * stiffer < ratios[0][0, 0] < 3.0 * stiffer
@@ -277,4 +261,4 @@ def test_a_gamma_is_not_judged_by_an_iterate_that_ran_away():
     iterate = u.x.array.copy()
     assert strange_gammas(problem) == []
     assert (u.x.array == iterate).all()
-    assert problem.contact.u_old.max() == 0.0
+    assert problem.contact.states.u_old.max() == 0.0

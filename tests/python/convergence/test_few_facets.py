@@ -59,7 +59,9 @@ def spread(*scene, **options):
     for factor in (1.0, 0.1, 10.0):
         made, apply = indented(*scene, factor=factor, **options)
         told(made.problem, apply)
-        forces.append(np.linalg.norm(made.contact.resultant_on(made.body).force))
+        forces.append(
+            np.linalg.norm(made.contact.results.resultant_on(made.body).force)
+        )
     return np.abs(np.array(forces[1:]) / forces[0] - 1.0).max()
 
 

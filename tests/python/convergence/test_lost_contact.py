@@ -33,7 +33,7 @@ class Tool:
             COMM,
             dim,
             cell,
-            (8, 4) if dim == 2 else (4, 4, 2),
+            (8, 4) if dim == 2 else (5, 5, 2),
             2,
             gap=GAP,
             lower_size=(1.0,) * (dim - 1) + (thickness,),

@@ -49,7 +49,7 @@ def test_load_steps_take_smaller_steps_and_friction_resists():
     path = LoadSteps(solver, turn, 1).run()
     assert len(path) > 1
     # The wheel turns clockwise, and the block pushes it forward
-    force = scene.contact.resultant_on(wheel).force
+    force = scene.contact.results.resultant_on(wheel).force
     assert wheel.rotation[2] < -0.5 * np.pi
     assert force[0] > 0.8 * MU * force[1] > 0.0
 

@@ -109,7 +109,7 @@ def test_friction_holds_a_body_back_as_it_lands(scheme):
     scene.ball.velocity = {"x": 1.0, "y": -0.2}
     forces = []
     for step in steps_of(scene, scheme, 0.02, 0.2):
-        forces.append(scene.contact.resultant_on(scene.ball).force[:2])
+        forces.append(scene.contact.results.resultant_on(scene.ball).force[:2])
         if forces[-1][1] > 1e-9:
             break
     along, up = forces[-1]

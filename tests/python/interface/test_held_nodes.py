@@ -235,7 +235,7 @@ def test_tangent_is_the_derivative_of_the_residual():
     n = gathered.size_u(contact)
     draws[:, :n] *= 1e-3
     free = gathered.concatenated(
-        ~contact.constrained(problem.bcs)[: contact.layout.n_u]
+        ~contact.system.constrained(problem.bcs)[: contact.layout.n_u]
     )
     free = np.concatenate([free, np.ones(draws.shape[1] - n, dtype=bool)])
     draws[:, ~free] = 0.0  # else lifted: no part of the tangent

@@ -237,7 +237,7 @@ def test_a_multiple_of_them_can_be_set(cell_2d):
     with pytest.raises(ContactError, match="must be positive"):
         contact.set_gamma(-1.0 * first)
     contact.set_gamma(3.0)
-    assert contact.gamma == contact.gamma_scale == 3.0
+    assert contact.gamma == contact.assembly.gamma_scale == 3.0
     contact.update()
 
 

@@ -38,7 +38,7 @@ def told(make):
 @pytest.mark.quick
 def test_it_is_named_with_the_body_and_the_unit(cell):
     texts, made = told(lambda: case(-1.0, cell))
-    assert len(texts) == 1 and made.contact.excess == texts[0]
+    assert len(texts) == 1 and made.contact.offsets.excess == texts[0]
     assert "the argument offset makes an interference of 1 on slave tag" in texts[0]
     assert f"more than the {HEIGHT} of body" in texts[0]
     assert "a length in the unit of the mesh" in texts[0]
@@ -58,9 +58,9 @@ def test_one_that_grows_is_told_once_and_forgotten_when_it_is_less():
 
     texts, _ = told(grow)
     assert len(texts) == 1 and "interference of 0.5" in texts[0]
-    assert "interference of 1 " in made.contact.excess
+    assert "interference of 1 " in made.contact.offsets.excess
     made.contact.set_offset(-0.1)
-    assert made.contact.excess is None
+    assert made.contact.offsets.excess is None
 
 
 def test_a_failure_names_it_and_no_search_distance():

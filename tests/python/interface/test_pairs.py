@@ -123,7 +123,7 @@ def test_each_foot_takes_what_its_pair_gives(cell, case):
 @pytest.mark.parametrize("cell", ["triangle", "hexahedron"])
 def test_pairs_add_up_to_the_surface(cell, case):
     contact = Table(cell, **CASES[case]).solve().contact
-    whole, by_pair = contact.resultant(0), contact.resultants()
+    whole, by_pair = contact.resultant(0), contact.results.resultants()
     assert len(by_pair) == len(contact.pairs) == LEGS
     sums = parts_of(by_pair).sum(axis=0)
     (total,) = parts_of([whole])
@@ -217,7 +217,7 @@ def test_nothing_is_asked_before_the_first_update():
     scene = slab_on_legs("triangle")
     u = fem.Function(compat.vector_space(scene.mesh, 1))
     contact = Contact(u, scene.facet_tags, [(91, 2)])
-    for ask in (contact.resultants, lambda: contact.resultant(91, 2)):
+    for ask in (contact.results.resultants, lambda: contact.resultant(91, 2)):
         with pytest.raises(ContactError, match="there are no results yet"):
             ask()
 

@@ -97,7 +97,9 @@ def test_every_way_to_solve_a_step_takes_several_contacts(way):
         blocks = three()
         contacts = [blocks.contact(p, **law) for p, law in zip((LOWER, UPPER), laws)]
         found.append(solved(blocks, contacts, solve))
-        found[-1] = np.append(found[-1].ravel(), [c.gamma_scale for c in contacts])
+        found[-1] = np.append(
+            found[-1].ravel(), [c.assembly.gamma_scale for c in contacts]
+        )
     assert np.allclose(*found, rtol=1e-7, atol=1e-9)
 
 

@@ -227,7 +227,7 @@ def test_fields_of_several_contacts_are_told_apart(folder):
         f"{name}_{k}" for name in FIELDS for k in (0, 1)
     }
     for k, contact in enumerate(contacts):
-        assert_holds(read[f"coverage_{k}"], at_nodes(contact.coverage()))
+        assert_holds(read[f"coverage_{k}"], at_nodes(contact.results.coverage()))
     assert [c.multiplier is None for c in contacts] == [False, True]
     assert contacts[0].multiplier.name == "multiplier"
 
@@ -272,7 +272,7 @@ def test_bodies_on_meshes_of_their_own_are_all_there(ending, folder):
         output=path,
     ).run()
     parts = [d.given for d in found.contact.unknowns.displacements]
-    slave = found.contact.slave_u
+    slave = found.contact.surfaces.slave_u
     if ending == ".xdmf":
         COMM.barrier()
         names = ["run.xdmf", "run_mesh1.xdmf"]

@@ -103,10 +103,10 @@ def test_a_coefficient_with_which_solves_fail_gives_way_for_good(tmp_path):
     """Results, a lone solve, the next path and a checkpoint have the same one."""
     path = leaves(3, share=0.5, steps=2)
     problem, contact = path.problem, path.problem.contact.contacts[0]
-    stiff, pressures = contact.gamma_scale, []
+    stiff, pressures = contact.assembly.gamma_scale, []
     taken = take(path, each=lambda step: pressures.append(peak(contact)))
     assert taken.arrived and taken.halvings == 0 and taken.tangents <= 120
-    assert contact.gamma_scale < 2e-3 * stiff
+    assert contact.assembly.gamma_scale < 2e-3 * stiff
     assert peak(contact) == pytest.approx(pressures[-1], rel=1e-12)
     solver = raymortar.SNESSolver(problem)
     assert solver.solve()[0] <= 1
@@ -116,7 +116,9 @@ def test_a_coefficient_with_which_solves_fail_gives_way_for_good(tmp_path):
     other.apply(1.0)
     assert raymortar.Checkpoint(other.problem, file).read() == 1.0
     (new,) = other.problem.contact.contacts
-    assert new.gamma_scale == pytest.approx(contact.gamma_scale, rel=1e-12)
+    assert new.assembly.gamma_scale == pytest.approx(
+        contact.assembly.gamma_scale, rel=1e-12
+    )
     assert new.assembly.gamma_is_soft
     assert raymortar.SNESSolver(other.problem).solve()[0] <= 1
     assert other.result() == pytest.approx(path.result(), rel=1e-9)

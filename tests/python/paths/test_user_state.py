@@ -20,11 +20,11 @@ class Calls:
         self.contact, self.names = contact, []
 
     def accept(self):
-        assert np.array_equal(self.contact.u_old, self.contact.u.x.array)
+        assert np.array_equal(self.contact.states.u_old, self.contact.u.x.array)
         self.names.append("accept")
 
     def reject(self):
-        assert np.array_equal(self.contact.u_old, self.contact.u.x.array)
+        assert np.array_equal(self.contact.states.u_old, self.contact.u.x.array)
         self.names.append("reject")
 
 

@@ -83,7 +83,7 @@ def test_peaks_pictures_and_files(cell, degree, folder):
     ):
         assert value == pytest.approx(peak, rel=1e-9)
     figure = raymortar.plot(contact, folder / "dual.png")
-    contact.write_segments(folder / "dual.vtu")
+    contact.results.write_segments(folder / "dual.vtu")
     if COMM.rank > 0:
         return
     if DIMENSION[cell] == 2:

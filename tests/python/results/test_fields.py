@@ -63,7 +63,7 @@ def test_fields_have_the_results_of_the_single_calls(overhanging):
 @pytest.mark.mpi
 def test_coverage_is_one_under_the_master_and_zero_beyond_it(overhanging):
     """Of nodes with covered facets only and with uncovered facets only."""
-    coverage = overhanging.contact.coverage()
+    coverage = overhanging.contact.results.coverage()
     X = coverage.function_space.tabulate_dof_coordinates()
     nodes = np.concatenate([z.result_table.ravel() for z in overhanging.contact.zones])
     nodes = np.unique(nodes)
@@ -114,7 +114,7 @@ def measures(data):
 def test_segments_of_all_ranks_tile_what_the_master_covers(overhanging, folder):
     """Area of the polygons and weights of the points, against the closed form."""
     path = folder / "segments.vtu"
-    overhanging.contact.write_segments(path)
+    overhanging.contact.results.write_segments(path)
     rank = f"_{COMM.rank}" if COMM.size > 1 else ""
     polygons = arrays(path.with_name(f"segments{rank}.vtu"))
     points = arrays(path.with_name(f"segments_points{rank}.vtu"))
@@ -138,9 +138,9 @@ def test_segments_of_all_ranks_tile_what_the_master_covers(overhanging, folder):
 @pytest.mark.mpi
 def test_segments_need_a_vtu_name_that_can_be_written(overhanging, tmp_path):
     with pytest.raises(ContactError, match="must end in .vtu"):
-        overhanging.contact.write_segments(tmp_path / "segments.vtk")
+        overhanging.contact.results.write_segments(tmp_path / "segments.vtk")
     with pytest.raises(ContactError, match="nowhere/s.vtu cannot be written"):
-        overhanging.contact.write_segments(tmp_path / "nowhere" / "s.vtu")
+        overhanging.contact.results.write_segments(tmp_path / "nowhere" / "s.vtu")
 
 
 # Names

@@ -87,14 +87,14 @@ def test_pressure_is_positive_in_compression(cell, method):
         worst(np.linalg.norm(vectors, axis=1) - pressure.x.array) <= 1e-9 * -P[-1, -1]
     )
     points = contact.points()
-    by_hand = contact.to_nodes(
+    by_hand = contact.results.to_nodes(
         -np.einsum("qi,qi->q", points["traction"], points["normal"])
     )
     assert worst(by_hand.x.array[nodes] - pressure.x.array[nodes]) <= 1e-9 * -P[-1, -1]
-    gap, again = contact.gap().x.array, contact.to_nodes(points["gap"], "g")
+    gap, again = contact.gap().x.array, contact.results.to_nodes(points["gap"], "g")
     assert again.name == "g"
     np.testing.assert_array_equal(again.x.array, gap)
-    x = contact.to_nodes(points["x"]).x.array.reshape(-1, problem.dim)
+    x = contact.results.to_nodes(points["x"]).x.array.reshape(-1, problem.dim)
     assert np.array_equal(np.isnan(x[:, 0]), np.isnan(gap))
 
 
@@ -103,7 +103,7 @@ def test_values_that_are_not_one_for_each_point_are_refused():
     contact = build(two_blocks(COMM, 2, "triangle", gap=-0.01)).contact
     contact.update()
     with pytest.raises(ContactError, match="are not one for each point"):
-        contact.to_nodes(np.zeros(len(contact.points()["gap"]) + 1))
+        contact.results.to_nodes(np.zeros(len(contact.points()["gap"]) + 1))
 
 
 @pytest.mark.mpi
@@ -158,7 +158,7 @@ def largest(vectors):
 
 def slid(contact):
     """Largest accumulated slip, for the columns of a history."""
-    return lambda: largest(contact.accumulated_slip().x.array[:, None])
+    return lambda: largest(contact.results.accumulated_slip().x.array[:, None])
 
 
 @pytest.mark.mpi
@@ -187,11 +187,13 @@ def test_slip_accumulates_over_accepted_steps(cell_2d, method):
         points = contact.points()
         assert worst(points["accumulated_slip"] - total) <= 1e-7 * total
         contact.restore(before)
-        assert largest(contact.accumulated_slip().x.array[:, None]) < 0.8 * total
+        assert (
+            largest(contact.results.accumulated_slip().x.array[:, None]) < 0.8 * total
+        )
 
 
 @pytest.mark.mpi
 def test_accumulated_slip_needs_friction():
     contact = build(two_blocks(COMM, 2, "triangle")).contact
     with pytest.raises(ContactError, match="slip is accumulated with friction only"):
-        contact.accumulated_slip()
+        contact.results.accumulated_slip()

@@ -88,7 +88,7 @@ def test_signs_and_statuses_are_those_of_the_table():
     assert np.all(points["normal"][closed][:, 1] < 0.0)
     nodes = contact.status().x.array
     assert set(np.unique(nodes)) <= set(map(float, Status))
-    on_slave = contact.coverage().x.array > 0.0
+    on_slave = contact.results.coverage().x.array > 0.0
     assert np.all((nodes == Status.NO_HIT) == ~on_slave)
     assert COMM.allreduce(np.any(nodes >= Status.STICK))
 

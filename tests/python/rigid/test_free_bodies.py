@@ -129,7 +129,7 @@ def test_a_start_without_contact_ends_in_balance(solver, law):
     body = rigid.Body(shapes(3, -0.7)["sphere"], free=("z",), force=(0.0, 0.0, -2.0))
     found = press(cell, body, n=3, **LAWS[law])
     assert solver(found.problem).solve()[0] <= 8
-    on = found.contact.resultant_on(body)
+    on = found.contact.results.resultant_on(body)
     assert on.force[2] == pytest.approx(2.0, rel=1e-9)
     assert on.force == pytest.approx(-found.contact.resultant().force, rel=1e-12)
     *_, before, last, end = found.problem.history
@@ -155,7 +155,7 @@ def test_forces_are_in_balance(cell, name):
     body = free_ball(cell, name, damping=None)
     found = press(cell, body, n=3, **LAWS["friction"])
     solved(found)
-    on, gdim = found.contact.resultant_on(body), body.shape.gdim
+    on, gdim = found.contact.results.resultant_on(body), body.shape.gdim
     turns = np.atleast_1d(body.rotation[2] if gdim == 2 else body.cpp.theta())
     springs = np.array([5.0, 5.0, 0.0])[:gdim] * [1, gdim == 3, 0][:gdim]
     pull = springs * body.translation[:gdim]
@@ -195,7 +195,7 @@ def test_what_turns_with_the_scene_changes_nothing(cell, name):
         )
         found = press(cell, body, move=move, **LAWS["friction"])
         solved(found)
-        return body, found.contact.resultant_on(body)
+        return body, found.contact.results.resultant_on(body)
 
     here, on = case(np.eye(3), np.zeros(3), None)
     there, other = case(R, shift, (turn, shift))
@@ -217,7 +217,7 @@ def test_ranks_agree(cell, name, monkeypatch):
         found.contact.advance()
         body.force = 1.5 * body.force
         solved(found)
-        on = found.contact.resultant_on(body)
+        on = found.contact.results.resultant_on(body)
         return np.concatenate([body.translation, body.rotation, on.force])
 
     found = moved()
@@ -238,7 +238,9 @@ def test_what_nothing_pushes_stays():
     solved(found)
     assert body.rotation == pytest.approx(0.0, abs=1e-9)
     assert body.translation[0] == pytest.approx(0.0, abs=1e-9)
-    assert found.contact.resultant_on(body).force[2] == pytest.approx(1.0, rel=1e-8)
+    assert found.contact.results.resultant_on(body).force[2] == pytest.approx(
+        1.0, rel=1e-8
+    )
 
 
 def pushed(law, name, n=4, **options):

@@ -84,7 +84,7 @@ def test_no_smaller_step_is_tried_for_a_body_that_has_left():
     assert set(solves) <= {0.0, 1.0}
     assert body.motion() == pytest.approx(place, abs=1e-14)
     # Where it has flown past the slave, the slave is ahead of the accepted place
-    bodies = found.contact.free_bodies
+    bodies = found.contact.system.free_bodies
     for height, force, has_left in ((0.5, 1.0, True), (-3.0, -1.0, False)):
         body.freedom.values[:] = height
         body.force = (0.0, force)
@@ -103,7 +103,7 @@ def test_a_body_off_its_slave_falls_back_whatever_multipliers_push():
     found.problem.start().destroy()
     assert body.translation[1] == pytest.approx(height, abs=0.05)
     solved(found)
-    assert found.contact.resultant_on(body).force[1] == pytest.approx(0.4)
+    assert found.contact.results.resultant_on(body).force[1] == pytest.approx(0.4)
 
 
 @pytest.mark.mpi
@@ -121,8 +121,12 @@ def test_steps_are_halved_where_a_body_is_moved_past_its_slave():
 @pytest.mark.parametrize("extrapolate", (None, True))
 def test_a_predicted_start_that_none_can_take_is_dropped(monkeypatch, extrapolate):
     body, found = lying()
-    contact, bodies, led = found.contact, found.contact.free_bodies, []
-    goes, returns, closes = contact.extrapolate, contact.restore, bodies.close_gaps
+    contact, bodies, led = found.contact, found.contact.system.free_bodies, []
+    goes, returns, closes = (
+        contact.states.extrapolate,
+        contact.restore,
+        bodies.close_gaps,
+    )
 
     def extrapolated(*given):
         led.append(given)
@@ -137,7 +141,7 @@ def test_a_predicted_start_that_none_can_take_is_dropped(monkeypatch, extrapolat
             raise SetUpError("nothing stops it")
         closes()
 
-    monkeypatch.setattr(contact, "extrapolate", extrapolated)
+    monkeypatch.setattr(contact.states, "extrapolate", extrapolated)
     monkeypatch.setattr(contact, "restore", restored)
     monkeypatch.setattr(bodies, "close_gaps", closed)
 

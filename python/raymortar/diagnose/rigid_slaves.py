@@ -1,0 +1,122 @@
+"""Slaves that are prescribed throughout, on masters that are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mpi4py import MPI
+
+import numpy as np
+
+from .. import compat
+from ..compat import Indices, Mask
+from ..discretization.facets import middle_normals, units
+from ..discretization.surfaces import facet_lengths
+from ..errors import SetUpError
+from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.overlap import of_hit_masters
+from ..interface.pairs import in_other_order
+from ..interface.point_results import OPEN
+from ..interface.slave_nodes import FLAT, fixed_components
+from ..interface.zone_data import ZoneData
+
+# Distance of a master's nodes over that of the tractions on a prescribed slave, up to
+# which the master may balance these: at 1.5 Newton's method fails on flat surfaces; at
+# 1.025 it may, with many facets
+CLOSE = 1.01
+
+
+@dataclass(frozen=True)
+class RigidSlave:
+    """A slave with tractions that its master balances alone."""
+
+    zone: ZoneData
+    components: Indices  # of the displacement that are prescribed at all of its nodes
+
+    @property
+    def prescribed(self) -> str:
+        """Say what is prescribed: nothing more where all is."""
+        if len(self.components) == self.zone.facets.slave_surface.gdim:
+            return "prescribed"
+        return "prescribed along " + ", ".join("xyz"[i] for i in self.components)
+
+
+def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlave]:
+    """Find slaves, as the user gave them, that are prescribed throughout, on masters that
+    are not, by number. Collective.
+
+    With friction it is enough that they are where the master is free along the surface:
+    the traction has these components, too.
+    """
+    if surfaces.multiplier is None or not surfaces.zones:
+        return {}
+    fixed = [
+        [fixed_components(side, marker).all(axis=0) for side in zone.sides]
+        for zone in surfaces.zones
+    ]
+    held = np.array(fixed, dtype=np.int32)
+    across = np.array([_normal_axis(zone) for zone in surfaces.zones], dtype=np.int32)
+    for marks in (held, across):
+        surfaces.comm.Allreduce(MPI.IN_PLACE, marks, op=MPI.MIN)
+    found = {}
+    for k, (zone, sides, normal) in enumerate(
+        zip(surfaces.zones, held > 0, across > 0)
+    ):
+        slave, master = sides
+        slides = ~master & ~normal  # where the master is free along the surface
+        throughout = slave.all() and not master.all()
+        along = zone.frictional and slides.any() and slave[slides].all()
+        if throughout or along:
+            found[k] = RigidSlave(zone, np.flatnonzero(slave))
+    return found
+
+
+def _normal_axis(zone: ZoneData) -> Mask:
+    """Mark the axis along which the normals of all slave facets are, (d,)."""
+    surface = zone.facets.slave_surface
+    normals = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
+    return (np.abs(normals) > FLAT).all(axis=0)
+
+
+def refuse_finer_rigid_slaves(problem: Any) -> None:
+    """Raise for prescribed slaves with more tractions than their masters can balance.
+    Collective.
+
+    A `Tie` has no such limit, nor has the penalty.
+    """
+    contact = problem.contact
+    fixed = contact.system.constrained(problem.bcs)
+    for one in contact.contacts:
+        if one.tied is not None:
+            continue
+        for k, rigid in rigid_slaves(one.surfaces, fixed).items():
+            ratio = distance_ratio(rigid.zone, one.surfaces)
+            if ratio > CLOSE:
+                own = [pair for pair in one.pairs if pair.surface == k]
+                raise SetUpError(
+                    f"all of {rigid.zone.facets.spoken} is {rigid.prescribed}, and its "
+                    f"nodes are {ratio:.3g} times as close as those of its master, which "
+                    "cannot balance so many tractions: give the sides in the other "
+                    f"order, {in_other_order(own)}"
+                )
+
+
+def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
+    """Distance of a master's nodes over that of the multiplier's, where they face each
+    other; without any hit, of all facets in the mean. Collective.
+    """
+    comm, (slave_side, master_side) = surfaces.comm, zone.sides
+    slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
+    master = facet_lengths(master_side) / master_side.displacement_degree
+    points = zone.points()
+    met = of_hit_masters(zone, points, master)
+    hit = (points["status"] >= OPEN) & np.isfinite(met)
+    area = points["area"][hit]
+    sums = np.array([area @ met[hit], area @ slave[points["slave"][hit]]])
+    comm.Allreduce(MPI.IN_PLACE, sums)
+    if sums[1] > 0.0:
+        return float(sums[0] / sums[1])
+    means = np.array([master.sum(), len(slave), slave.sum(), len(master)])
+    comm.Allreduce(MPI.IN_PLACE, means)
+    return float(means[:2].prod() / means[2:].prod())
