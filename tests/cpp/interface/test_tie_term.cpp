@@ -1,6 +1,7 @@
 // Ties: tangents against differences, invariance, balances, what stays.
 #include "differences.h"
 #include "interfaces.h"
+#include "raymortar/ties/tie_term.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
