@@ -75,10 +75,13 @@ class Counted(raymortar.Contact):
 
     def __init__(self, *args, **options):
         super().__init__(*args, **options, tangent=Counted.choice)
+        add = self.system.add_tangent
 
-    def add_tangent(self, *args):
-        Counted.assemblies += 1
-        super().add_tangent(*args)
+        def counted(*args):
+            Counted.assemblies += 1
+            add(*args)
+
+        self.system.add_tangent = counted
 
     def state(self):
         self._end_long_path()

@@ -13,7 +13,7 @@ from unittest import mock
 
 from petsc4py import PETSc
 
-import raymortar
+from raymortar.system.coupled import CoupledSystem
 
 STAGES = ("pairing", "integration", "assembly", "volume", "solve")
 _FACTORISE = ("MatLUFactorSym", "MatLUFactorNum", "MatSolve")
@@ -54,9 +54,9 @@ class Clock:
         return self
 
     def _replace(self, name, wrap):
-        """Have a method of all contact objects timed."""
-        timed = wrap(getattr(raymortar.Contact, name))
-        patch = mock.patch.object(raymortar.Contact, name, timed)
+        """Have a method of all coupled systems timed."""
+        timed = wrap(getattr(CoupledSystem, name))
+        patch = mock.patch.object(CoupledSystem, name, timed)
         self._patches.enter_context(patch)
 
     def _pairing(self, pair):

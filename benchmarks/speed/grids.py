@@ -139,6 +139,7 @@ class Pair:
             friction=Coulomb(0.3).cpp() if friction else None,
             measure=_cpp.Measure.reference,
             frame=_cpp.LawFrame.automatic,
+            keeps_springs=True,
             moving_segments=False,
             dual_multiplier=False,
             tie=None,

@@ -9,6 +9,7 @@
 #include "raymortar/ties/tie_term.h"
 #include "strategy.h"
 #include "structs.h"
+#include <numeric>
 
 namespace raymortar::bindings
 {
@@ -78,6 +79,7 @@ py::dict points(const Zone& z)
   {
     out["slip"] = to_array(r.slip, vector);
     out["closing"] = to_array(r.closing);
+    out["dissipated"] = to_array(r.dissipated);
   }
   return out;
 }
@@ -198,6 +200,43 @@ void set_both(Zone& z, const Array<double>& slave, const Array<double>& master)
   (z.*set)(to_span(slave), to_span(master));
 }
 
+/// Points of springs as rows, facet by facet: facet, xi, area and vector
+py::array_t<double> rows_of(const SpringPoints& points, py::ssize_t gdim)
+{
+  std::vector<double> rows;
+  for (std::size_t f = 0; f + 1 < points.first.size(); ++f)
+    for (std::size_t q = points.first[f]; q < points.first[f + 1]; ++q)
+    {
+      rows.push_back(static_cast<double>(f));
+      for (py::ssize_t i = 0; i < gdim - 1; ++i)
+        rows.push_back(points.xi[q][i]);
+      rows.push_back(points.area[q]);
+      const auto* const rest =
+          points.rest.data() + static_cast<py::ssize_t>(q) * gdim;
+      rows.insert(rows.end(), rest, rest + gdim);
+    }
+  return to_array(rows,
+                  {static_cast<py::ssize_t>(points.xi.size()), 2 * gdim + 1});
+}
+
+SpringPoints spring_points(const Array<double>& rows, Index facets, int gdim)
+{
+  SpringPoints points;
+  points.first.assign(static_cast<std::size_t>(facets) + 1, 0);
+  const py::ssize_t width = 2 * gdim + 1;
+  for (py::ssize_t q = 0; q < rows.size() / width; ++q)
+  {
+    const double* const row = rows.data() + q * width;
+    ++points.first.at(static_cast<std::size_t>(row[0]) + 1);
+    points.xi.emplace_back(row[1], gdim == 3 ? row[2] : 0.0);
+    points.area.push_back(row[gdim]);
+    points.rest.insert(points.rest.end(), row + gdim + 1, row + width);
+  }
+  std::partial_sum(points.first.begin(), points.first.end(),
+                   points.first.begin());
+  return points;
+}
+
 /// Poses of the tools: (tools, 3, 3) and (tools, 3)
 template <void (Zone::*set)(std::span<const Pose>)>
 void set_poses(Zone& z, const Array<double>& rotation,
@@ -241,16 +280,25 @@ struct ZoneArguments : ZoneInput
   Strategy strategy = Strategy::bvh;
 };
 
+std::shared_ptr<const TermFactory> contact_terms(Condition condition, bool dual,
+                                                 const Multipliers& multipliers)
+{
+  if (condition == Condition::points or multipliers.components == 0)
+    return std::make_shared<PointTerms>();
+  if (dual)
+    return std::make_shared<DualTerms>();
+  return std::make_shared<NodeTerms>();
+}
+
 ZoneInput with_terms(const ZoneArguments& given)
 {
   ZoneInput input = given;
   input.find_pairs = function_of(given.strategy);
   if (given.tie)
     input.terms = std::make_shared<TieTerms>(*given.tie);
-  else if (given.condition == Condition::nodes and
-           given.multipliers.components > 0)
-    given.dual_multiplier ? input.terms = std::make_shared<DualTerms>()
-                          : input.terms = std::make_shared<NodeTerms>();
+  else
+    input.terms = contact_terms(given.condition, given.dual_multiplier,
+                                given.multipliers);
   return input;
 }
 } // namespace
@@ -307,6 +355,7 @@ void bind_zone(py::module_& m)
       Field{"condition", &ZoneArguments::condition},
       Field{"friction", &ZoneInput::friction},
       Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
+      Field{"keeps_springs", &ZoneInput::keeps_springs},
       Field{"moving_segments", &ZoneInput::moving_segments},
       Field{"tie", &ZoneArguments::tie},
       Field{"distances", &ZoneInput::distances},
@@ -347,11 +396,16 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
+      .def(
+          "set_law",
+          [](Zone& z, Condition condition, bool dual) {
+            z.set_terms(*contact_terms(condition, dual, z.input().multipliers));
+          },
+          py::arg("condition"), py::arg("dual"))
       .def("set_unfelt",
            [](Zone& z, const Array<double>& parts,
               const Array<double>& accepted, const Array<std::int8_t>& kept)
            { z.set_unfelt(to_span(parts), to_span(accepted), to_span(kept)); })
-      .def("set_eliminated", &Zone::set_eliminated, py::arg("on"))
       .def(
           "set_gamma",
           [](Zone& z, const Array<double>& gamma, double scale,
@@ -378,16 +432,35 @@ void bind_zone(py::module_& m)
       .def("accepted_springs",
            [](const Zone& z)
            {
-             const auto field = z.accepted_springs();
+             const auto springs = z.accepted_springs();
              const Surface& s = z.state().slave;
-             return to_array(field, {s.num_facets(), s.dofs_per_facet(),
-                                     static_cast<py::ssize_t>(s.gdim)});
+             const auto d = static_cast<py::ssize_t>(s.gdim);
+             return py::make_tuple(
+                 to_array(springs.nodal,
+                          {s.num_facets(), s.dofs_per_facet(), d}),
+                 rows_of(springs.points, d));
+           })
+      .def("set_couples_over_gaps", &Zone::set_couples_over_gaps,
+           py::arg("set"))
+      .def("set_spring_points",
+           [](Zone& z, const Array<double>& rows)
+           {
+             const Surface& s = z.state().slave;
+             z.set_spring_points(spring_points(rows, s.num_facets(), s.gdim));
            })
       .def("set_poses", &set_poses<&Zone::set_poses>, py::arg("rotation"),
            py::arg("shift"))
       .def("set_old_poses", &set_poses<&Zone::set_old_poses>,
            py::arg("rotation"), py::arg("shift"))
       .def("set_freedoms", &Zone::set_freedoms, py::arg("freedoms"))
+      .def("slave_positions",
+           [](const Zone& z)
+           {
+             const Surface& s = z.state().slave;
+             return to_array(s.x,
+                             {static_cast<py::ssize_t>(s.x.size()) / s.gdim,
+                              static_cast<py::ssize_t>(s.gdim)});
+           })
       .def("pair", &Zone::pair)
       .def("cast", &Zone::cast)
       .def("points", &points)

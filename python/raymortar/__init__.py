@@ -10,8 +10,9 @@ from . import io, rigid, solvers, tools
 from .condensed import CondensedProblem
 from .contact import Contact
 from .diagnose.failure import describe
-from .diagnose.outcome import require_convergence
+from .diagnose.outcome import check, require_convergence
 from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
+from .discretization.curving import curve
 from .errors import (
     ContactError,
     ContactLost,
@@ -19,10 +20,12 @@ from .errors import (
     ConvergenceError,
     SetUpError,
 )
+from .finding import Finding
 from .hooks import hooks
 from .interface.overlap import warn_of_overlaps
 from .interface.pairs import Pair
 from .interface.point_results import Status
+from .interface.straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .nonlinear_problem import NonlinearProblem
 from .options.friction import Coulomb, Friction, Stick, Tresca
 from .options.methods import AugmentedLagrangian, Penalty, Search
@@ -32,9 +35,11 @@ from .paths.history import History
 from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
 from .results.nodal_fields import results_of
+from .rigid.body import as_body
 from .solvers.automatic import suited_to_size
 from .solvers.newton import NewtonSolver, SNESSolver
 from .solvers.solver import FixedPointSolver
+from .system.free_bodies import FreeBodies
 from .system.kept_forms import keeper
 from .tie import Tie
 
@@ -45,20 +50,23 @@ if TYPE_CHECKING:
     from .plotting.movie import Movie
     from .plotting.picture import plot
     from .system.tool_part import ToolField
-    from .tie import FieldTie
+    from .field_tie import FieldTie
     from .wear import Archard, Wear
 
 # What the package adds to its core
-hooks.judge, hooks.describe = require_convergence, describe
+hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
 hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
+hooks.on_first_pairs.append(look_at_straight_facets)
+hooks.on_accept.append(warn_of_turned_arcs)
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
-hooks.results = results_of
+hooks.results, hooks.free_bodies = results_of, FreeBodies
+hooks.as_target, hooks.curve = as_body, curve
 
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {
     "Archard": "wear",
     "FieldProblem": "field_problem",
-    "FieldTie": "tie",
+    "FieldTie": "field_tie",
     "Flux": "flux",
     "FluxRates": "flux",
     "Movie": "plotting.movie",
@@ -84,6 +92,7 @@ __all__ = [
     "DisplacementControl",
     "FieldProblem",
     "FieldTie",
+    "Finding",
     "FixedPointSolver",
     "Flux",
     "FluxRates",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function
 
-from .discretization.curving import Smooth
 from .discretization.slave_fields import FieldValue
+from .discretization.surfaces import Smooth
 from .errors import ContactError, of_type
 from .interaction import Interaction
 from .interactions import Interactions
@@ -22,8 +22,6 @@ from .interface.present import PresentState
 from .options.friction import Law
 from .options.descriptions import shown
 from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Search
-from .rigid.body import Body
-from .rigid.shapes import Shape
 from .state import State
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
@@ -118,7 +116,7 @@ class Contact(Interaction):
         self,
         u: Function | Sequence[Function],
         facet_tags: Any,
-        pairs: str | Sequence[tuple[int | str, int | str | Shape | Body]],
+        pairs: str | Sequence[tuple[int | str, int | str | Any]],
         method: AugmentedLagrangian | Penalty | None = None,
         friction: Law | None = None,
         quadrature_degree: int | None = None,
@@ -143,14 +141,13 @@ class Contact(Interaction):
             smooth,
             frame,
         )
-        self.method = options.method
         self.measure, self.tangent = measure, tangent
         given = checked(u, facet_tags, pairs, names, options, self.tied)
         self.names = given.pairs.names_at(0)
         self.friction = friction
         self.surfaces: ContactSurfaces = make_surfaces(given)
-        self._present = PresentState(self.surfaces, options)
-        self.assembly = ContactAssembly(self.surfaces, self._present, options.method)
+        self._present = PresentState(self.surfaces, self.surfaces.options)
+        self.assembly = ContactAssembly(self.surfaces, self._present)
         system = CoupledSystem(self.surfaces.unknowns, [self.assembly])
         super().__init__(system, given.pairs)
         self.offsets = Offsets(self.surfaces)
@@ -175,12 +172,18 @@ class Contact(Interaction):
             status = np.concatenate([zone.points()["status"] for zone in self.zones])
             hits, closed = (np.count_nonzero(status >= one) for one in (OPEN, CLOSED))
             counts = f"{hits} of {len(status)} points hit, {closed} closed"
+        why = f" as {self.assembly.why}" if self.assembly.why else ""
         rank, size = self.layout.comm.rank, self.layout.comm.size
         return (
             f"<{type(self).__name__} of {', '.join(map(str, self.pairs))}; "
-            f"{shown(self.method)}, {law}, {gamma}; {facets} slave facets, {counts}"
+            f"{shown(self.method)}{why}, {law}, {gamma}; {facets} slave facets, {counts}"
             f"{f' on rank {rank} of {size}' if size > 1 else ''}>"
         )
+
+    @property
+    def method(self) -> AugmentedLagrangian | Penalty:
+        """Method, with what it left open as it was chosen: ``repr`` says why."""
+        return self.assembly.method
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
@@ -348,12 +351,13 @@ class Contact(Interaction):
         return found
 
     def friction_work(self) -> float:
-        """Work that tangential tractions take in this step, before `advance`. Collective.
+        """Work that friction takes in this step, before `advance`. Collective.
 
-        The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. The tractions at the end of the step count.
-        With the elastic penalty the springs store a part of it, the growth of
-        ``stored_energy("tangential")``.
+        The integral of tractions times the slip, with a penalty the slip beyond the cone:
+        force times length, per thickness in 2D, or of a full turn. The tractions at the
+        end of the step count; of dual multipliers those of the nodes times their mean
+        slips, which is never negative. With a penalty it is 0 in stick: what its springs
+        hold is ``stored_energy("tangential")``.
         """
         return float(self.results.friction_work())
 
@@ -371,16 +375,6 @@ class Contact(Interaction):
             0 with ``tangential="rate"``, which has none; ``"total"``: in both.
         """
         return float(self.results.stored_energy(part))
-
-
-def require_point_tractions(owner: str, contact: Any) -> None:
-    """Raise unless the argument is a contact whose tractions at points are known."""
-    of_type(f"{owner}.contact", contact, Contact, "a Contact")
-    if contact.method.is_dual:
-        raise ContactError(
-            f"{owner}.contact has multiplier='dual', whose traction at a point is not "
-            f"known to {owner}: take multiplier='vector'"
-        )
 
 
 def one_or_several(given: Any) -> Contact | Interactions:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import warnings
@@ -27,6 +28,10 @@ class SetUpError(ContactError):
     """A fault of the set-up that no smaller step can cure."""
 
 
+class NotFinite(ContactError):
+    """Unknowns that are no numbers: of an iterate, a solve that did not converge."""
+
+
 class ConvergenceError(RuntimeError):
     """A nonlinear solve, or a path of load steps, that did not converge."""
 
@@ -45,8 +50,9 @@ class ContactWarning(UserWarning):
 
 # Whether this rank shows warnings: it is the first of a communicator of a contact
 _speaks: bool | None = None
-# Frames that are not the user's: of this package, and of context managers in it
-_OWN_CODE = str(Path(__file__).parent) + os.sep, contextlib.__file__
+# Frames that are not the user's: of this package, and of context managers and cached
+# properties in it
+_OWN_CODE = str(Path(__file__).parent) + os.sep, contextlib.__file__, functools.__file__
 
 
 def speak_on(comm: MPI.Comm) -> None:
@@ -55,8 +61,9 @@ def speak_on(comm: MPI.Comm) -> None:
     _speaks = bool(_speaks) or comm.rank == 0
 
 
-def warn(text: str) -> None:
-    """Warn with `ContactWarning` at the user's own line of code.
+def warn(text: str, page: str = "warnings") -> None:
+    """Warn with `ContactWarning` at the user's own line of code, with a page of the
+    appendix of messages that explains it; "" for none.
 
     All ranks warn, so that filters which raise or record do so on all alike; one shows it.
     """
@@ -70,7 +77,8 @@ def warn(text: str) -> None:
     if not speaks and shows:
         warnings.showwarning = _show_nothing
     try:
-        warnings.warn(text, ContactWarning, stacklevel=level)
+        link = f" (docs/messages/{page}.md)" if page else ""
+        warnings.warn(text + link, ContactWarning, stacklevel=level)
     finally:
         warnings.showwarning = shown
 
@@ -80,7 +88,7 @@ def _show_nothing(*_: Any, **__: Any) -> None:
 
 
 # Types that are raised on all ranks as they are
-_OURS = (ContactError, SetUpError, ConvergenceError, ContactLost, BodyLeft)
+_OURS = (ContactError, SetUpError, NotFinite, ConvergenceError, ContactLost, BodyLeft)
 _SENT = (*_OURS, ValueError, TypeError, IndexError, MemoryError)
 
 

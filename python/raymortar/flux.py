@@ -11,10 +11,10 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .contact import Contact, require_point_tractions
+from .contact import Contact
 from .discretization.checks import check_fields
 from .discretization.joined import Displacement, parts_of
-from .errors import ContactError, is_real_number, require_agreement, together
+from .errors import ContactError, is_real_number, of_type, require_agreement, together
 from .flux_law import FluxLaw
 from .system.flux_part import FluxPart
 from .system.fluxes import FluxTerms
@@ -109,7 +109,7 @@ class Flux(Addition):
         fields: Sequence[Function] = (),
         tool: float | ToolField | None = None,
     ) -> None:
-        require_point_tractions("Flux", contact)
+        _require_point_tractions(contact)
         comm = contact.layout.comm
         several = list(T) if isinstance(T, (list, tuple)) else [T]
         with together(comm):
@@ -238,3 +238,17 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
             raise ContactError(
                 f"Flux.fields has {f.name}, a Function on another mesh than the slave"
             )
+
+
+def _require_point_tractions(contact: Any) -> None:
+    """Raise unless the argument is a contact whose tractions at points are known. A dual
+    multiplier that was chosen gives way to a vector."""
+    of_type("Flux.contact", contact, Contact, "a Contact")
+    why = "Flux takes tractions at points"
+    if contact.method.is_dual and not contact.assembly.change_law(
+        "nodes", "vector", why
+    ):
+        raise ContactError(
+            "Flux.contact has multiplier='dual', whose traction at a point is not known "
+            "to Flux: take multiplier='vector'"
+        )

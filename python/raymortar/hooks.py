@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from .errors import ConvergenceError, raise_everywhere
+from .finding import Finding
 
 
 def describe_residuals(problem: Any) -> str:
@@ -34,10 +35,17 @@ class Hooks:
     judge
         Judges the end of a solve, given the problem, whether it has converged, and its
         end in words: raises an error where it has failed.
+    check
+        Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
     on_setup
         Called with a problem whose first matrix is made, before the first solve.
+    on_first_pairs
+        Called with the surfaces of a contact that are paired for the first time.
+    on_accept
+        Called with the surfaces of a contact with curved facets whose step is accepted,
+        until one returns True.
     keeper
         Makes the keeper of a volume's constant tangent, from the contact, its `Forms`, the
         pattern and the residual in UFL, which returns None where the tangent is not
@@ -45,15 +53,29 @@ class Hooks:
     linear_solver
         Chooses the linear solver of a problem, with or without SNES: its PETSc options
         and its name; None: the direct solver.
+    as_target
+        Makes a `Target` of what may be the master of a pair in place of a tag, and leaves
+        all else as it is; None: a pair has tags and targets alone.
+    curve
+        Curves a surface of straight facets, from the surface, the mesh, its facets and
+        the argument `smooth`; None: facets stay straight.
+    free_bodies
+        Makes the equations of free targets, from the coupled system.
     results
         Makes the results of a contact, or of several in one problem; None: no results.
     """
 
     judge: Callable[[Any, bool, str], None] = require_convergence
+    check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
+    on_first_pairs: list[Callable[[Any], None]] = field(default_factory=list)
+    on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    as_target: Callable[[Any], Any] | None = None
+    curve: Callable[[Any, Any, Any, Any], Any] | None = None
+    free_bodies: Callable[[Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
 
 

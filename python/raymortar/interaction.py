@@ -20,7 +20,6 @@ from .state import State
 from .states import States
 from .system.coupled import CoupledSystem
 
-
 # Names that have moved, with the attribute that has them now
 _MOVED = {
     name: owner
@@ -57,11 +56,8 @@ class Interaction:
 
     def __init__(self, system: CoupledSystem, pairs: PairTable) -> None:
         self.system, self.states = system, States(system)
-        self.unknowns, self.parts, self.zones = (
-            system.unknowns,
-            system.parts,
-            system.zones,
-        )
+        self.unknowns = system.unknowns
+        self.parts, self.zones = system.parts, system.zones
         self.pair_table = pairs
         self.results: Any = None if hooks.results is None else hooks.results(self)
 
@@ -182,7 +178,7 @@ class Interaction:
         - ``gap``: of the law, with the offset; negative in penetration. Length
         - ``distance``: slave to master along the normal, without the offset. Length
         - ``pressure``: pressure of the law, positive in compression, 0 where it is
-          open. Traction
+          open; with a multiplier not the normal part of ``traction``. Traction
         - ``traction`` (n, d): what acts on the slave, in global coordinates. With
           ``multiplier="dual"`` both are interpolated from the nodes' values
           [theory (4.35)], and not zero at open points beside closed ones
@@ -190,7 +186,7 @@ class Interaction:
           slave's tangent plane; ``closing``: how much of an open gap has closed since
           then; ``accumulated_slip``: length of the slip of all accepted steps. Length
         - ``gamma``: coefficient of the law. Traction per length
-        - ``status``: a `Status`
+        - ``status``: a `Status`; ``status >= Status.STICK`` are closed points
         - ``weight``: area for which a point stands, by `measure`, of a full turn if the
           contact is axisymmetric: sums over points are integrals. **Negative** at points
           without hit that take from a whole facet what its segments cover. ``area``:

@@ -11,7 +11,7 @@ from .discretization.unknowns import Unknowns
 from .errors import raise_everywhere, warn
 from .interaction import Interaction
 from .interface.pairs import PairTable
-from .rigid.body import Body
+from .target import Target
 from .system.coupled import CoupledSystem
 
 
@@ -101,7 +101,7 @@ def _fault(contacts: Sequence[Any]) -> str | None:
 def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
     """Why no other contact may be beside one of all facets, if so. Ties may."""
     meshed = [
-        [pair for pair in contact.pairs if not isinstance(pair.master, Body)]
+        [pair for pair in contact.pairs if not isinstance(pair.master, Target)]
         for contact in contacts
     ]
     of_all = [i for i, pairs in enumerate(meshed) if any(p.slave == ALL for p in pairs)]
@@ -110,7 +110,7 @@ def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
         pair.master: i
         for i, contact in reversed(list(enumerate(contacts)))
         for pair in contact.pairs
-        if pair.slave == ALL and isinstance(pair.master, Body)
+        if pair.slave == ALL and isinstance(pair.master, Target)
     }
     for i, (contact, pairs) in enumerate(zip(contacts, meshed)):
         twice = [(pair, of_all[0]) for pair in pairs if of_all and contact.tied is None]
@@ -138,9 +138,8 @@ def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
                 other = pair.master_name or pair.master
                 warn(
                     f"contact[{known[sides]}] and contact[{i}] both have multipliers "
-                    f"on {slave} and master {other}: only the sum "
-                    "of their tractions is determined, and the linear solver may fail; "
-                    "give the pair to one of them, or one of them a Penalty",
+                    f"on {slave} and master {other}: only their sum "
+                    "is determined. Give the pair to one of them, or one a Penalty",
                 )
             known[sides] = i
 

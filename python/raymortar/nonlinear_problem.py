@@ -10,6 +10,7 @@ from petsc4py import PETSc
 
 from .contact import Contact
 from .errors import ContactError, ConvergenceError, require_agreement, together, warn
+from .finding import Finding
 from .hooks import hooks
 from .problem import CoupledProblem
 from .solvers.newton import SNESSolver
@@ -150,8 +151,26 @@ class NonlinearProblem(CoupledProblem):
             with own.options:
                 if PETSc.Options(own.options.prefix).getBool(ERROR, True):
                     raise
-            warn(str(failure))
+            warn(str(failure), page="")
         return self.u
+
+    def check(self) -> list[Finding]:
+        """Find what is doubtful about the present state, after a solve.
+
+        Returns
+        -------
+        findings
+            Of all sizes, each with pair, place and remedy; solves warn of those only
+            that make figures wrong by more than 10 %. Empty if there is no doubt.
+
+        Raises
+        ------
+        ContactError
+            If nothing has been solved yet. Collective.
+        """
+        for part in self.contact.parts:
+            part.present.require_results()
+        return hooks.check(self)
 
     def describe(self) -> str:
         """State of contact and residual history, for messages. Collective."""

@@ -13,7 +13,7 @@ from dolfinx.fem import Function
 
 from . import compat
 from .compat import Array
-from .contact import Contact, require_point_tractions
+from .contact import Contact
 from .convergence.anderson import Anderson
 from .discretization.facets import facet_dof_table, shape_functions
 from .discretization.ranks import largest as largest_of
@@ -25,6 +25,7 @@ from .errors import (
     SetUpError,
     described,
     is_real_number,
+    of_type,
     positive,
     require_agreement,
     together,
@@ -120,7 +121,7 @@ class Wear:
         largest: float | None = None,
         implicit: bool = False,
     ) -> None:
-        require_point_tractions("Wear", contact)
+        of_type("Wear.contact", contact, Contact, "a Contact")
         self._comm = contact.layout.comm
         with together(self._comm):
             if contact.tied is not None:
@@ -213,6 +214,7 @@ class Wear:
             warn(
                 f"a step has worn {self.step:.3g} deep, more than largest = "
                 f"{self.largest:.3g}: take smaller steps",
+                page="fields",
             )
             self.largest = None
 
@@ -343,12 +345,13 @@ class Wear:
                 f"a step wears {ratio:.2g} times as deep as explicit steps may, so that "
                 "pressures alternate from step to step: take smaller steps, or "
                 "Wear(..., implicit=True)",
+                page="fields",
             )
 
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:
         """Facets and places of the points that slip, and what the step wears there times
         area: depth, and depth over pressure, (n, 2)."""
-        points, dt = zone.points(), self.contact.dt
+        points, dt = zone.seen_points(), self.contact.dt
         slip = points["slip"] if zone.frictional else zone.cpp.slips_without_friction()
         nu = points["contact_normal"]
         p = -np.einsum("qi,qi->q", points["traction"], nu)

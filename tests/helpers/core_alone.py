@@ -15,32 +15,6 @@ from importlib.machinery import ModuleSpec
 from pathlib import Path
 
 
-class Nothing:
-    """Stands for a class of a floor that a scene without floors never uses."""
-
-    def __init__(self, *_):
-        pass
-
-
-class Motions(Nothing):
-    """Motions of no rigid bodies."""
-
-    def __init__(self, bodies):
-        self.bodies, self.old = bodies, None
-
-    def send_old(self, cpp):
-        pass
-
-    def have_moved(self):
-        return False
-
-    def turned_too_far(self):
-        return None
-
-    def accept(self):
-        pass
-
-
 def nothing(*_, **__):
     """Stands for a function of a floor."""
 
@@ -49,20 +23,6 @@ STAND_INS = {
     "compat.at_points": {},
     "compat.files": {},
     "compat.gmsh": {},
-    "discretization.curving": {"Smooth": object, "curve": nothing},
-    "interface.straight_facets": {
-        "warn_of_straight_facets": nothing,
-        "warn_of_turned_arcs": nothing,
-    },
-    "rigid": {},
-    "rigid.body": {
-        "Body": Nothing,
-        "Motions": Motions,
-        "as_body": nothing,
-        "require_same_loads": nothing,
-    },
-    "rigid.shapes": {"Shape": Nothing},
-    "system.free_bodies": {"FreeBodies": Nothing},
 }
 
 

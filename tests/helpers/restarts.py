@@ -76,6 +76,30 @@ def blocks(comm, partition, dim=2, cell="quadrilateral", degree=1, **options):
     return Model(problem, apply, [points_of(scene.mesh)])
 
 
+def held(comm, partition):
+    """A block on a held plate. Its slave nodes are led along it in the first half of the
+    path, and held there under a growing load in the second: no displacement feels
+    friction, and nothing but the accepted step tells it."""
+    scene = two_blocks(
+        comm, 2, "quadrilateral", 4, 3, upper_size=0.7, partition=partition
+    )
+    V = compat.vector_space(scene.mesh, 1)
+    u, x = fem.Function(V, name="u"), fem.Constant(scene.mesh, 0.0)
+    cells = scene.cell_tags.find(scene.bodies["lower"])
+    plate = fem.locate_dofs_topological(V, scene.mesh.topology.dim, cells)
+    bcs = [fem.dirichletbc(fem.Function(V), plate), fix(V, scene, "slave", 0, x)]
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = Contact(u, scene.facet_tags, pairs, friction=Coulomb(0.3))
+    form, _, load = residual(scene, u, loaded=["top"])
+    problem = NonlinearProblem(form, contact, bcs)
+
+    def apply(t):
+        x.value = 0.06 * min(2.0 * t, 1.0)
+        load.value[:] = -4.0 * (1.0 + t) * np.eye(2)
+
+    return Model(problem, apply)
+
+
 def points_of(mesh):
     """A Function at quadrature points, as a material has them: places."""
     f = fem.Function(compat.quadrature_space(mesh, 2, (mesh.geometry.dim,)))
@@ -137,6 +161,7 @@ CASES = {
     "hexahedra": lambda *of: blocks(
         *of, dim=3, cell="hexahedron", friction=Coulomb(0.3)
     ),
+    "held along the surface": held,
     "wheel": wheel,
 }
 # On all ranks alone

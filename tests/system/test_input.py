@@ -381,7 +381,7 @@ def test_small_augmentations_solve_as_the_automatic_one_does(scene, ratio, doubt
         found = pressed(ratio * automatic.gamma)
     told = [str(w.message) for w in caught if "leave gamma out" in str(w.message)]
     assert len(told) == doubtful
-    assert all(text.endswith("as Newton's method may fail with it") for text in told)
+    assert all("as Newton's method may fail with it" in text for text in told)
     force = automatic.resultant().force
     assert np.linalg.norm(found.resultant().force - force) <= 1e-12 * np.linalg.norm(
         force

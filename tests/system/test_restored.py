@@ -86,7 +86,8 @@ def test_residual_at_the_same_unknowns_follows_the_contact(change):
         problem.contact.advance()
     problem.problem.F(x, b)
     _, expected = residual(problem)
-    assert (before - expected).norm() > 1e-6
+    # An accepted step hands on the force that it has
+    assert ((before - expected).norm() > 1e-6) == (change == "gamma")
     assert (b - expected).norm() <= 1e-12 * expected.norm()
 
 

@@ -323,6 +323,8 @@ def test_contact_that_is_lost_for_its_depth_is_said(cell_2d, method):
 
     scene, search = two_blocks(COMM, 2, cell_2d, gap=-0.12), Search(depth=0.1)
     problem = build(scene, method=method, bcs=held, search=search)
-    with pytest.warns(ContactWarning, match="1.200e-01 deep .* where it is not seen"):
+    with pytest.warns(
+        ContactWarning, match="1.200e-01 deep .* where contact is not seen"
+    ):
         problem.solve()
     assert problem.contact.statistics.hits == 0

@@ -255,7 +255,11 @@ class Slider:
             (tags["bottom"], self.tool) if on_tool else (tags["slave"], tags["master"])
         )
         self.contact = Contact(
-            self.u, scene.facet_tags, [pair], Penalty(STIFFNESS), Coulomb(MU)
+            self.u,
+            scene.facet_tags,
+            [pair],
+            Penalty(STIFFNESS, tangential="rate"),
+            Coulomb(MU),
         )
         self.flux = Flux(
             self.contact,

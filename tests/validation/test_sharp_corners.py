@@ -129,7 +129,7 @@ def test_where_the_slave_keeps_its_normal_a_warning_tells_the_tilt():
         scene.path([(0.0, -0.02), (0.01, -0.02)], steps=2)
     assert sum("tilted" in str(one.message) for one in all_) == 2  # one for each path
     # A tool cannot be a slave
-    assert not any("make that side the slave" in str(one.message) for one in all_)
+    assert not any("swap sides" in str(one.message) for one in all_)
     points = scene.contact.points(0)
     assert np.array_equal(points["contact_normal"], points["normal"])
     with warnings.catch_warnings():

@@ -14,6 +14,7 @@ from problems import CELLS, fix, stack, worst
 import raymortar
 from raymortar import (
     Archard,
+    AugmentedLagrangian,
     Contact,
     ContactError,
     Coulomb,
@@ -24,13 +25,14 @@ from raymortar import (
     rigid,
 )
 
+DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 K, PUSH, SLIDE = 0.3, 0.05, 0.02  # a slab of modulus 1 and height 1
 
 
 class Worn:
     """The lower slab of two on a rigid flat that moves below it, pushed from above."""
 
-    def __init__(self, cell="triangle", degree=1, friction=None):
+    def __init__(self, cell="triangle", degree=1, friction=None, method=None):
         self.scene = scene = stack(cell, (3, 2))
         self.dim = dim = scene.mesh.geometry.dim
         V = compat.vector_space(scene.mesh, degree)
@@ -41,6 +43,7 @@ class Worn:
             self.u,
             scene.facet_tags,
             [(scene.tags["bottom"], self.tool)],
+            method,
             friction=friction,
         )
         F = ufl.inner(ufl.sym(ufl.grad(self.u)), ufl.grad(v)) * ufl.dx
@@ -67,14 +70,15 @@ class Worn:
         return np.array(pressures)
 
 
-@pytest.mark.mpi(where=lambda cell, degree: cell in ("triangle", "hexahedron"))
+@pytest.mark.mpi(where=lambda cell, **_: cell in ("triangle", "hexahedron"))
 @pytest.mark.parametrize(
     "cell, degree",
     [*((cell, 1) for cell in CELLS), ("triangle", 2), ("tetrahedron", 2)],
 )
-def test_pressure_falls_as_the_slab_wears(cell, degree):
+@pytest.mark.parametrize("method", [None, DUAL], ids=["points", "dual"])
+def test_pressure_falls_as_the_slab_wears(cell, degree, method):
     """p_n = E (push - depth_n) / H and depth_(n+1) = depth_n + k p_n slide."""
-    case = Worn(cell, degree)
+    case = Worn(cell, degree, method=method)
     wear = Wear(case.contact, Archard(K))
     pressures = case.slide(wear, 4)
     depth = 0.0
@@ -88,10 +92,11 @@ def test_pressure_falls_as_the_slab_wears(cell, degree):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("method", [None, DUAL], ids=["points", "dual"])
 @pytest.mark.parametrize("degree", [1, 2])
-def test_worn_volume_is_k_times_force_times_slide(degree, record_property):
+def test_worn_volume_is_k_times_force_times_slide(degree, method, record_property):
     """With friction pressures are not uniform, and the slab shears until all slips."""
-    case, k, steps = Worn("triangle", degree, Coulomb(0.3)), 1e-9, 8
+    case, k, steps = Worn("triangle", degree, Coulomb(0.3), method), 1e-9, 8
     wear, expected, volumes = Wear(case.contact, Archard(k)), [], []
 
     def accept():

@@ -194,8 +194,7 @@ private:
             _state.multipliers.value[at(nodes[k]) * at(_M) + at(i)];
     _spread = _basis.spread.lazyProduct(f.from_nodal().lazyProduct(_lam));
     _slack = f.slack();
-    _by_share =
-        2.0 * (1.0 - f.share) * f.area / reference_measure(_state.slave.shape);
+    _by_share = slack_by_share(_state, f);
   }
 
   void add(std::size_t e)
@@ -358,35 +357,9 @@ std::vector<DualFacet> dual_facets(const ContactState& s,
   return facets;
 }
 
-Eigen::MatrixXd dual_coefficients(const ContactState& s, const DualFacet& of,
-                                  Index facet)
+double slack_by_share(const ContactState& s, const DualFacet& f)
 {
-  const Multipliers& m = s.multipliers;
-  const auto n = static_cast<std::size_t>(of.weight.size());
-  const auto M = static_cast<std::size_t>(m.components);
-  Eigen::MatrixXd lam(n, M);
-  const auto nodes = m.nodes_of(facet, n);
-  for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t i = 0; i < M; ++i)
-      lam(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) =
-          m.value[at(nodes[k]) * M + i];
-  return of.from_nodal().lazyProduct(lam);
-}
-
-FacetTractions dual_tractions(const ContactState& s, const DualBasis& basis,
-                              const std::vector<DualFacet>& facets)
-{
-  FacetTractions values;
-  values.reserve(s.multipliers.facet.size() * at(s.multipliers.components));
-  for (Index f = 0; f < s.slave.num_facets(); ++f)
-  {
-    const Eigen::MatrixXd nodal =
-        basis.to_nodes.lazyProduct(dual_coefficients(s, facets[at(f)], f));
-    for (Eigen::Index k = 0; k < nodal.rows(); ++k)
-      for (Eigen::Index i = 0; i < nodal.cols(); ++i)
-        values.push_back(nodal(k, i));
-  }
-  return values;
+  return 2.0 * (1.0 - f.share) * f.area / reference_measure(s.slave.shape);
 }
 
 std::vector<DualRate> dual_rates(const ContactState& s, const DualBasis& basis,

@@ -3,13 +3,11 @@
 #pragma once
 
 #include "raymortar/element/slave_side.h"
+#include "raymortar/nodes/node_functions.h"
+#include "raymortar/nodes/node_sums.h"
 
 namespace raymortar
 {
-/// Matrix over the multiplier nodes of one facet
-using NodeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic,
-                                 Eigen::RowMajor, 4, 4>;
-
 /// @brief What does not depend on the facet: test functions, and products over
 /// a facet of area 1.
 struct DualBasis
@@ -51,6 +49,22 @@ struct DualFacet
 /// @brief Of all slave facets, for the present hits.
 [[nodiscard]] std::vector<DualFacet> dual_facets(const ContactState& s,
                                                  const DualBasis& basis);
+
+/// @brief Project gaps and slips  [theory (4.38)].
+/// @param[in] tested Their integrals with the test functions B
+[[nodiscard]] std::vector<GapTests>
+dual_gap_tests(const ContactState& s, const DualBasis& basis,
+               const std::vector<DualFacet>& facets,
+               const FacetIntegrals& tested);
+
+/// @brief Add what the dual functions test of these to the sums of nodes.
+void add_tested_gaps(const ContactState& s,
+                     const std::vector<DualFacet>& facets,
+                     const std::vector<GapTests>& tests, NodeSums& sums);
+
+/// @brief Change of a facet's slack times its area per covered reference
+/// coordinates, for fixed area.
+[[nodiscard]] double slack_by_share(const ContactState& s, const DualFacet& f);
 
 /// @brief Tractions of the dual functions at the nodes of each facet.
 [[nodiscard]] FacetTractions

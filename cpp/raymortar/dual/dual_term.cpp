@@ -145,19 +145,30 @@ Eigen::VectorXd flat(const Eigen::MatrixXd& by_node)
 } // namespace
 
 DualTerm::DualTerm(const ContactState& s, bool has_moving_segments)
-    : _tractions(std::make_shared<FacetTractions>(
-          s.multipliers.facet.size() *
-              static_cast<std::size_t>(s.multipliers.components),
-          0.0)),
-      _mortar(make_nodal_assembler(s, _tractions), has_moving_segments),
+    : _functions(std::make_shared<NodeFunctions>(NodeFunctions{
+          FacetTractions(s.multipliers.facet.size() *
+                             static_cast<std::size_t>(s.multipliers.components),
+                         0.0),
+          {}})),
+      _mortar(make_nodal_assembler(s, _functions), has_moving_segments),
       _basis(s)
 {
 }
 
-void DualTerm::take_sums(const ContactState& s)
+NodeSums DualTerm::sum_nodes(const ContactState& s)
 {
   _facets = dual_facets(s, _basis);
-  *_tractions = dual_tractions(s, _basis, _facets);
+  FacetIntegrals tested;
+  NodeSums sums = dynamic_cast<const NodalAssembler&>(*assembler())
+                      .node_sums(s, &tested);
+  _functions->gap_tests = dual_gap_tests(s, _basis, _facets, tested);
+  add_tested_gaps(s, _facets, _functions->gap_tests, sums);
+  return sums;
+}
+
+void DualTerm::take_sums(const ContactState& s)
+{
+  _functions->tractions = dual_tractions(s, _basis, _facets);
 }
 
 void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
@@ -177,7 +188,8 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
     on(segment.slave).push_back(segment.master);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    if (not _facets.empty() and not _facets[static_cast<std::size_t>(f)].varies)
+    if (not _facets.empty() and
+        not _facets[static_cast<std::size_t>(f)].varies)
       continue;
     sort_unique(on(f));
     for (const Index first : on(f))
@@ -196,8 +208,8 @@ Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
     const DualFacet& facet = _facets[static_cast<std::size_t>(f)];
     if (not facet.is_covered or facet.slack() == 0.0)
       continue;
-    const Eigen::VectorXd forces =
-        held_back(s, _basis, facet) * flat(dual_coefficients(s, facet, f));
+    const Eigen::VectorXd forces = held_back(s, _basis, facet) *
+                                   flat(dual_coefficients(s, facet, f));
     sink.add({f}, {forces.data(), static_cast<std::size_t>(forces.size())});
   }
   return work;
@@ -208,7 +220,7 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
   require(s, _facets);
   const int M = s.multipliers.components;
   const std::vector<DualRate> rates =
-      dual_rates(s, _basis, _facets, *_tractions);
+      dual_rates(s, _basis, _facets, _functions->tractions);
   ToMultiplier blocks(s, _basis, _facets, sink);
   for (const DualRate& rate : rates)
     if (sink.wants(columns_of(s, rate)))
@@ -220,7 +232,8 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Unknowns own{f, f, no_index};
     if (not facet.is_covered or facet.slack() == 0.0 or not sink.wants(own))
       continue;
-    const Block by_lam = s.multipliers.scale * held_back(s, _basis, facet) *
+    const Block by_lam = s.multipliers.scale *
+                         held_back(s, _basis, facet) *
                          by_component(facet.from_nodal(), M);
     sink.add({f}, {no_index, f, no_index}, by_lam.data());
   }
@@ -229,7 +242,8 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Unknowns columns = columns_of(s, rate);
     if (not sink.wants(columns))
       continue;
-    const DualFacet& facet = _facets[static_cast<std::size_t>(rate.slave)];
+    const DualFacet& facet =
+        _facets[static_cast<std::size_t>(rate.slave)];
     const Eigen::Index count = rate.rows.rows() - 1;
     const Block change =
         by_component(facet.inverse, M) * rate.rows.topRows(count);
@@ -244,8 +258,8 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Eigen::VectorXd spread =
         flat(_basis.rows * Eigen::MatrixXd(_basis.spread) *
              dual_coefficients(s, facet, rate.slave));
-    const Block held =
-        held_back(s, _basis, facet) * change + spread * rate.rows.row(count);
+    const Block held = held_back(s, _basis, facet) * change +
+                       spread * rate.rows.row(count);
     sink.add({rate.slave}, columns, held.data());
   }
   return work;

@@ -23,7 +23,10 @@ public:
     return _mortar.assembler();
   }
 
-  /// Makes the dual functions of the present points and their tractions
+  /// @brief Make the dual functions of the present points, and sum what points
+  /// give to nodes: gaps and slips by these functions  [theory (4.38)].
+  [[nodiscard]] NodeSums sum_nodes(const ContactState& s);
+  /// Makes the tractions of these functions
   void take_sums(const ContactState& s) override;
 
   void add_needs(const ContactState& s, PatternNeeds& needs) const override;
@@ -31,7 +34,7 @@ public:
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
 
 private:
-  std::shared_ptr<FacetTractions> _tractions; ///< that the kernel reads
+  std::shared_ptr<NodeFunctions> _functions; ///< that the kernel reads
   MortarTerm _mortar;
   DualBasis _basis;
   std::vector<DualFacet> _facets;
@@ -42,10 +45,12 @@ private:
 class DualTerms final : public NodeTerms
 {
 protected:
-  [[nodiscard]] std::unique_ptr<Term> make_law(const ContactState& s,
-                                               bool moves) const override
+  [[nodiscard]] Law make_law(const ContactState& s, bool moves) const override
   {
-    return std::make_unique<DualTerm>(s, moves);
+    auto term = std::make_unique<DualTerm>(s, moves);
+    DualTerm& dual = *term;
+    return {std::move(term),
+            [&dual](const ContactState& now) { return dual.sum_nodes(now); }};
   }
 };
 } // namespace raymortar

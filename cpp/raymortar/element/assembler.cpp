@@ -25,12 +25,9 @@ std::vector<double> slips_without_friction(ContactState s)
   return make_assembler(s)->results(s).slip;
 }
 
-std::unique_ptr<Assembler>
-make_assembler(const ContactState& s,
-               std::shared_ptr<const FacetTractions> tractions)
+std::unique_ptr<Assembler> make_assembler(const ContactState& s)
 {
   require_degree(s);
-  return s.slave.gdim == 2 ? assembler_in<2>(s, tractions)
-                           : assembler_in<3>(s, tractions);
+  return s.slave.gdim == 2 ? assembler_in<2>(s) : assembler_in<3>(s);
 }
 } // namespace raymortar

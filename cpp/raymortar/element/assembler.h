@@ -4,6 +4,7 @@
 #include "raymortar/element/facet_field.h"
 #include "raymortar/element/measure.h"
 #include "raymortar/element/pair_factors.h"
+#include "raymortar/element/spring_points.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
@@ -85,11 +86,16 @@ struct ContactState
   std::optional<FrictionLaw> friction;     ///< none: frictionless
   Measure measure = Measure::reference;
   LawFrame frame = LawFrame::automatic;
+  /// Whether slip within the cone is kept from step to step, as springs keep
+  /// it; false: friction takes its work, too
+  bool keeps_springs = true;
+  /// Whether friction makes a couple over the gaps that a multiplier leaves
+  /// open at single points; false: over those of an offset only
+  bool couples_over_gaps = false;
   bool moving_segments = false; ///< differentiate through the vertices, too
-  bool eliminated = false;  ///< rows of the law are those of (4.31), not (4.25)
-  FacetField gamma;         ///< traction per length
-  PairFactors pair_factors; ///< of gamma, where a master is hit
-  FacetField offset;        ///< added to gaps, > 0: a clearance. Length
+  FacetField gamma;             ///< traction per length
+  PairFactors pair_factors;     ///< of gamma, where a master is hit
+  FacetField offset;            ///< added to gaps, > 0: a clearance. Length
   /// In place of the number of Coulomb's or Tresca's law; empty: that number
   FacetField friction_coefficient;
   /// Bound of a friction law that is known at points only, (points,); empty:
@@ -101,6 +107,7 @@ struct ContactState
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
   /// width gdim; empty: none
   FacetField traction_old;
+  SpringPoints spring_points; ///< what that lacks at points; empty: nothing
   Segmentation segmentation;
   SegmentRules segment_rules;
   IntegrationPoints points;
@@ -153,6 +160,8 @@ struct PointResults
   /// Tangential traction of the law at its points, of which a multiplier is
   /// the mean, (points, gdim); friction only
   std::vector<double> friction;
+  /// Energy per area that friction takes in the step, (points,); friction only
+  std::vector<double> dissipated;
 };
 
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major
@@ -197,21 +206,15 @@ using FacetTractions = std::vector<double>;
 
 /// @brief Assembler for the multipliers, method and friction of `s`, whose law
 /// holds at points. Facets and target may be of any kinds.
-/// @param[in] tractions In place of those of the multiplier's nodes, whenever
-/// it assembles; null: those
 /// @throws Error for a combination that does not exist
-[[nodiscard]] std::unique_ptr<Assembler>
-make_assembler(const ContactState& s,
-               std::shared_ptr<const FacetTractions> tractions = nullptr);
+[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s);
 
 /// @throws Error for a multiplier that is not stable
 void require_degree(const ContactState& s);
 
 /// @brief Assembler in dimension D; each has its own unit.
 template <int D>
-[[nodiscard]] std::unique_ptr<Assembler>
-assembler_in(const ContactState& s,
-             const std::shared_ptr<const FacetTractions>& tractions);
+[[nodiscard]] std::unique_ptr<Assembler> assembler_in(const ContactState& s);
 
 /// @brief Slip T_n w of (2) at the points of a contact without friction, which
 /// otherwise does not need it, (points, gdim). Length.

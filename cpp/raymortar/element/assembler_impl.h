@@ -17,7 +17,15 @@ struct PointsOf : AnyPoints<D, Law>
   using Kernel = AnyElement<D, Law>;
   using Hit = HitPoint<D, Law>;
 
-  using Base::Base;
+  /// What stands for the multiplier's shape functions: nothing does
+  struct Functions
+  {
+  };
+
+  PointsOf(const ContactState& s, const Wanted& wanted, const Functions*)
+      : Base(s, wanted)
+  {
+  }
 
   /// Called before tangents and results
   void prepare() {}
@@ -42,6 +50,7 @@ template <int D, class Law, class Points = PointsOf<D, Law>>
 class AssemblerOf : public Assembler
 {
 protected:
+  using Functions = typename Points::Functions;
   using Kernel = typename Points::Kernel;
   static constexpr int M = Kernel::M;
   using Data = typename Kernel::Data;
@@ -50,8 +59,9 @@ protected:
   using Hit = HitPoint<D, Law, Slopes>;
 
 public:
-  explicit AssemblerOf(std::shared_ptr<const FacetTractions> tractions)
-      : _tractions(std::move(tractions))
+  /// @param[in] functions Those whenever it assembles; null: shape functions
+  explicit AssemblerOf(std::shared_ptr<const Functions> functions = nullptr)
+      : _functions(std::move(functions))
   {
   }
 
@@ -59,7 +69,7 @@ public:
   {
     const auto kernel = std::make_unique<Kernel>();
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>}, _tractions.get());
+        s, Wanted{.old = is_frictional<Law>}, _functions.get());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -90,7 +100,7 @@ public:
                                         .target = true,
                                         .bends = true,
                                         .along = s.moving_segments},
-                                 _tractions.get());
+                                 _functions.get());
     std::unique_ptr<SegmentMotion<D>> motion;
     if (s.moving_segments)
       motion = std::make_unique<SegmentMotion<D>>(s);
@@ -111,7 +121,7 @@ public:
   {
     PointResults r = results_without_hits(s);
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>, .target = true}, _tractions.get());
+        s, Wanted{.old = is_frictional<Law>, .target = true}, _functions.get());
     points->prepare();
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
@@ -123,9 +133,9 @@ public:
   }
 
 protected:
-  [[nodiscard]] const FacetTractions* tractions() const
+  [[nodiscard]] const Functions* functions() const
   {
-    return _tractions.get();
+    return _functions.get();
   }
 
   /// Call visit(point) where there is something to integrate, with the point's
@@ -246,19 +256,18 @@ private:
       Eigen::Map<Vec<D>>(r.slip.data() + q * D) = p.slip();
       r.closing[q] = p.old.closing.length;
       Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
+      r.dissipated[q] = p.dissipated(s.keeps_springs);
     }
   }
 
-  std::shared_ptr<const FacetTractions> _tractions; ///< null: of the nodes
+  std::shared_ptr<const Functions> _functions;
 };
 
 template <int D>
-std::unique_ptr<Assembler>
-assembler_in(const ContactState& s,
-             const std::shared_ptr<const FacetTractions>& tractions)
+std::unique_ptr<Assembler> assembler_in(const ContactState& s)
 {
-  const auto make = [&tractions]<class Law>() -> std::unique_ptr<Assembler>
-  { return std::make_unique<AssemblerOf<D, Law>>(tractions); };
-  return with_law(s, make);
+  return with_law(s,
+                  []<class Law>() -> std::unique_ptr<Assembler>
+                  { return std::make_unique<AssemblerOf<D, Law>>(); });
 }
 } // namespace raymortar

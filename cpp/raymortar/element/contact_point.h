@@ -42,13 +42,17 @@ struct HitPoint : SlavePoint<D, Law>
   bool of_target; ///< the law uses the target's frame, not the slave's
   double g;       ///< length of the ray from slave to master
   double offset;  ///< added to gaps, length
-  Vec<D> normal;  ///< of the frame: n, or -n_m  [theory (2.14)]
-  double gap;     ///< of the law: along that normal, with the offset
+  /// Whether tractions act over the gap. A multiplier closes gaps in the mean,
+  /// but for what the offset leaves open
+  bool has_arm;
+  Vec<D> normal; ///< of the frame: n, or -n_m  [theory (2.14)]
+  double gap;    ///< of the law: along that normal, with the offset
   Old old;
   Response response;
 
   HitPoint(const TaylorData<D>& e, const ElementPoint& q)
       : Base(e, q), of_target(e.frame_of_target), g(q.g), offset(e.offset[0]),
+        has_arm(e.has_arm),
         normal(of_target ? Vec<D>(-e.master_frames.now.n) : this->slave.n),
         gap(law_gap()), old(old_point(e)), response(respond(e, q))
   {
@@ -57,12 +61,12 @@ struct HitPoint : SlavePoint<D, Law>
   /// @brief Whether friction makes a couple over the gap  [theory (3)].
   [[nodiscard]] bool has_couple() const
   {
-    return is_frictional<Law> and has_arm();
+    return is_frictional<Law> and has_arm;
   }
 
   /// @brief Whether the pressure acts on the target at the slave point's foot,
   /// and not where the ray hits  [theory (4.22)].
-  [[nodiscard]] bool has_foot() const { return of_target and has_arm(); }
+  [[nodiscard]] bool has_foot() const { return of_target and has_arm; }
 
   /// @brief Traction along the normal of the frame.
   [[nodiscard]] double pressure() const { return dot<D>(normal, response.t); }
@@ -103,10 +107,31 @@ struct HitPoint : SlavePoint<D, Law>
     return along_surface(old.w);
   }
 
-private:
-  /// A multiplier closes gaps in the mean, but for what the offset leaves open
-  [[nodiscard]] bool has_arm() const { return M == 0 or offset != 0.0; }
+  /// @brief Traction that friction of a penalty projects on the cone.
+  [[nodiscard]] Vec<D> trial() const requires(has_cone_at_points<Law>and M == 0)
+  {
+    return old.spring.value() - this->gamma * old.w;
+  }
 
+  /// @brief Energy per area that friction takes in the step: the work on the
+  /// slip, with a penalty on that beyond the cone, of which springs give
+  /// nothing back  [theory (4.39)].
+  /// @param[in] has_springs Whether the law keeps the rest of the slip
+  [[nodiscard]] double
+  dissipated(bool has_springs) const requires is_frictional<Law>
+  {
+    if constexpr (has_cone_at_points<Law> and M == 0)
+      if (has_springs)
+      {
+        if (response.status != ContactStatus::slip)
+          return 0.0;
+        return dot<D>(along_surface(response.t), trial() - friction()) /
+               this->gamma;
+      }
+    return -dot<D>(response.t, slip());
+  }
+
+private:
   [[nodiscard]] double law_gap() const
   {
     return (of_target ? g * dot<D>(normal, this->slave.n) : g) + offset;
@@ -150,7 +175,9 @@ private:
       was.ahead -= g * was.slave.old.n;
     was.slide = convect<D>(master.old, master.old_dual, master.now,
                            was.ahead - dot<D>(n_0, was.ahead) * n_0);
-    was.w = was.spin.turned(was.slide.value) + was.closing.length * n_0;
+    was.tilt.set(was.slave.old.n, this->slave.n, master, of_target);
+    was.w = was.tilt.lengthened(was.spin.turned(was.slide.value)) +
+            was.closing.length * n_0;
     // Along the surface: means of the slip at nodes have another normal
     if (of_target and not has_couple())
       was.w -= g * along_surface(this->slave.n);

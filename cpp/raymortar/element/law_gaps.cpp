@@ -39,6 +39,7 @@ PointResults results_without_hits(const ContactState& s)
           .gamma = scalars,
           .slip = slips,
           .closing = s.friction ? scalars : std::vector<double>{},
-          .friction = slips};
+          .friction = slips,
+          .dissipated = s.friction ? scalars : std::vector<double>{}};
 }
 } // namespace raymortar

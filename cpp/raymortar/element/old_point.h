@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/element/taylor_data.h"
+#include "raymortar/element/tilt.h"
 
 namespace raymortar
 {
@@ -26,6 +27,7 @@ struct OldPoint<D, true>
   Vec<D> across;
   Closing closing;
   ConvectedVector<D> slide; ///< distance along the slave, carried along
+  Tilt<D> tilt;             ///< of the slave against the master
   Vec<D> w;                 ///< slip increment (2)
   Vec<D> accepted;          ///< of springs, see ContactState
   TurnedTraction<D> spring; ///< made of it
@@ -37,7 +39,7 @@ struct OldPoint<D, true>
 };
 
 /// @brief How the slip changes where the old normal of the frame turns.
-/// @param[in] carry Old vectors to present ones
+/// @param[in] carry What takes old slides to present ones
 /// @param[in] turn Change of the normal, along some coordinates
 template <int D>
 [[nodiscard]] Mat<D, D - 1> slip_by_turn(const OldPoint<D, true>& was,
@@ -64,8 +66,9 @@ struct SlipSlopes<D, true>
   static constexpr int T = D - 1;
   Mat<D, T> dual; ///< of the master's tangents
   SpinSlopes<D> spin;
+  TiltSlopes<D> tilt;
   Mat<D, D> convected; ///< old vectors to present ones, along the master
-  Mat<D, D> carry;     ///< the same for a slide, with half of the spin
+  Mat<D, D> carry;     ///< the same for a slide, with spin and tilt
   Mat<D, D> by_slide;  ///< by `ahead`, but for what has closed
   Mat<D, D> by_distance;
   Mat<D, T> by_eta;
@@ -73,9 +76,10 @@ struct SlipSlopes<D, true>
   /// The frame may be the master's  [theory (2.9)]
   SlipSlopes(const TaylorData<D>& e, const OldPoint<D, true>& was)
       : dual(dual_tangents<D>(was.master.now)), spin(was.spin, was.slide.value),
+        tilt(was.tilt, was.spin.turned(was.slide.value)),
         convected(
             convection<D>(was.master.old, was.master.old_dual, was.master.now)),
-        carry(spin.after(convected)),
+        carry(tilt.by_slide * spin.after(convected)),
         by_slide(carry - carry * was.normal * was.normal.transpose()),
         by_distance(by_slide)
   {
@@ -95,11 +99,12 @@ private:
     const Curvature<D> now = curvature_of<D>(e.master, was.master.now, dual);
     const auto along = [&](const ConvectedVector<D>& c)
     { return convected_along_master<D>(c, convected, old, now); };
-    by_eta += spin.after(along(was.slide));
+    by_eta += tilt.by_slide * spin.after(along(was.slide)) +
+              tilt.by_carried * along(was.tilt.carried);
     if constexpr (D == 3)
-      by_eta +=
-          spin.by_angle * (spin.by_first.transpose() * along(was.spin.first) +
-                           spin.by_second.transpose() * along(was.spin.second));
+      by_eta += tilt.by_slide * spin.by_angle *
+                (spin.by_first.transpose() * along(was.spin.first) +
+                 spin.by_second.transpose() * along(was.spin.second));
     by_eta -= 0.5 * was.closing.by_old * was.normal *
               (was.distance.transpose() * old.n);
     if (e.frame_of_target)

@@ -109,8 +109,12 @@ template <int R, class Slopes, int D, class Law, class Columns>
     by_turn += (p.g * by_gap) * p.normal.transpose() + by_turn_of_arm;
   else
     by_turn += by_n;
-  if constexpr (D == 3 and requires { law.by_w; })
-    by_turn += law.by_w * at.slip.spin.by_n;
+  if constexpr (requires { law.by_w; })
+  {
+    by_turn += law.by_w * at.slip.tilt.by_n;
+    if constexpr (D == 3)
+      by_turn += law.by_w * (at.slip.tilt.by_slide * at.slip.spin.by_n);
+  }
   auto rows = columns.template ray<R>(by_turn, by_ends);
   if (at.frame.of_target)
     columns.template add_frame<R>(by_n, rows);
@@ -172,15 +176,20 @@ public:
     }
   }
 
-  /// The slide turns with the target, and with half of the spin
+  /// The slide turns with the target, with half of the spin and with the tilt
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Rows<R>& rows) const
   {
     const SpinSlopes<D>& spin = _at.slip.spin;
+    const TiltSlopes<D>& tilt = _at.slip.tilt;
+    const Mat<R, D> by_turned = by_w * tilt.by_slide;
     if (_target_moves)
-      add_to_target<R>(_p.old.slide, spin.before(by_w), rows);
+    {
+      add_to_target<R>(_p.old.slide, spin.before(by_turned), rows);
+      add_to_target<R>(_p.old.tilt.carried, by_w * tilt.by_carried, rows);
+    }
     if constexpr (D == 3)
-      add_angle<R>(by_w * spin.by_angle, rows);
+      add_angle<R>(by_turned * spin.by_angle, rows);
   }
 
   template <int R>
@@ -281,8 +290,9 @@ public:
         w += slip_by_turn<D>(was, _at.slip.carry, bend.n);
       else if (_p.has_couple())
         w -= _p.g * _at.slip.by_slide * bend.n;
+      w += _at.slip.tilt.by_carried * (_at.slip.convected * bend.n);
       if constexpr (D == 3)
-        w += _at.slip.spin.by_angle *
+        w += _at.slip.tilt.by_slide * _at.slip.spin.by_angle *
              angle_along_facet(was.spin, _at.slip.spin, {was.slave.old, bend},
                                was.slave.old_dual, {_p.slave, _bend},
                                _at.slip.convected);

@@ -122,7 +122,7 @@ void SlaveSide<D>::take_scalars(const FacetField& field, Index facet,
 template <int D>
 void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
 {
-  e.history.has_springs = false;
+  e.history.has_springs = _has_rest = false;
   if (_state.traction_old.empty() or _state.has_law_at_nodes())
     return;
   const double* const values =
@@ -134,6 +134,10 @@ void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
     e.history.has_springs =
         e.history.has_springs or not _springs.at[a].isZero(0.0);
   }
+  const SpringPoints& points = _state.spring_points;
+  const auto f = static_cast<std::size_t>(facet);
+  _has_rest = not points.empty() and points.first[f] < points.first[f + 1];
+  e.history.has_springs = e.history.has_springs or _has_rest;
 }
 
 template <int D>
@@ -179,7 +183,7 @@ bool SlaveSide<D>::place(std::size_t q, TaylorData<D>& e,
       e.reference.col(p) =
           _reference.taylor(positions, count, static_cast<std::size_t>(p));
   }
-  place_fields(shapes.slave, e);
+  place_fields(xi, shapes.slave, e);
   if (_multipliers > 0)
     place_multiplier(xi, e, shapes);
   return _facet.place(positions, _wanted.along, e.slave, e.history.slave_old,
@@ -187,7 +191,8 @@ bool SlaveSide<D>::place(std::size_t q, TaylorData<D>& e,
 }
 
 template <int D>
-void SlaveSide<D>::place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const
+void SlaveSide<D>::place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
+                                TaylorData<D>& e) const
 {
   if (not _gamma.is_constant)
   {
@@ -196,12 +201,19 @@ void SlaveSide<D>::place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const
   }
   if (not _offset.is_constant)
     set(_offset, N, e.offset);
+  // Tractions of dual functions act on several nodes  [theory (4.30)]
+  e.has_arm = _multipliers == 0 or e.offset[0] != 0.0 or
+              (_state.couples_over_gaps and _tractions == nullptr);
   if (not _wanted.old)
     return;
   if (not _coefficient.is_constant)
     set(_coefficient, N, e.history.coefficient);
   if (e.history.has_springs)
     set(_springs, _dofs_per_facet, N, e.history.traction_old);
+  if (_has_rest)
+    e.history.traction_old +=
+        rest_at<D>(_state.spring_points, _state.slave.shape,
+                   static_cast<std::size_t>(_number), xi, _wanted.along);
 }
 
 template <int D>

@@ -41,7 +41,8 @@ private:
   void take_scalars(const FacetField& field, Index facet, Scalars& nodal,
                     Vec<D>& coefficients) const;
   void take_springs(Index facet, TaylorData<D>& e);
-  void place_fields(const ShapeRows<T>& N, TaylorData<D>& e) const;
+  void place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
+                    TaylorData<D>& e) const;
   void place_multiplier(const Vec<T>& xi, TaylorData<D>& e,
                         PointShapes<D>& shapes) const;
   /// Coefficients of fields at a point, as far as they are asked for
@@ -59,6 +60,7 @@ private:
   bool _isoparametric;      ///< positions have the displacement's functions
   Index _number = no_index; ///< facet that is taken
   double _factor = 1.0;     ///< of gamma
+  bool _has_rest = false;   ///< whether springs hold more than a polynomial
   AnyNodes<D> _reference, _springs, _lam, _kept;
   ShapeRows<T> _nodes; ///< of positions, where displacements have others
   Scalars _gamma, _offset, _coefficient;

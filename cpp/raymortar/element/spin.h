@@ -8,8 +8,8 @@
 namespace raymortar
 {
 /// @brief Turns a slide by half of the spin of a step  [theory (2.15)]: the
-/// slide is a chord, and the path on which a body spins ends in another
-/// direction. In the plane there is no spin.
+/// slide is a chord, and the arc on which a body spins ends in another
+/// direction and is longer. In the plane there is no spin.
 template <int D>
 struct Spin
 {
@@ -23,7 +23,9 @@ struct Spin
 template <>
 struct Spin<3>
 {
-  double cosine, sine;       ///< of half the angle
+  double half;               ///< of the angle
+  double along;              ///< half / tan(half)
+  double by_half;            ///< the derivative of that
   Vec<3> n;                  ///< slave's present normal
   Vec<2> across;             ///< n_0 x t_01 on the slave's old tangents t_0
   Vec<3> of_slave;           ///< t_01 turned with the slave, of any length
@@ -42,17 +44,35 @@ struct Spin<3>
                        column(slave.old.t, 0));
     second = convect<3>(master.old, master.old_dual, master.now, t_2);
     of_master = first.value - cross(n, second.value);
-    const double along = dot<3>(of_master, of_slave);
-    const double beside = n.dot(of_master.cross(of_slave));
-    const double length = std::sqrt(along * along + beside * beside);
-    const double twice = std::sqrt(2.0 * length * (length + along));
-    cosine = twice > 0.0 ? (length + along) / twice : 1.0;
-    sine = twice > 0.0 ? beside / twice : 0.0;
+    set_half(0.5 * std::atan2(n.dot(of_master.cross(of_slave)),
+                              dot<3>(of_master, of_slave)));
   }
 
+  /// Rotation by half the angle, times the arc per chord, half / sin(half)
   [[nodiscard]] Vec<3> turned(const Vec<3>& slide) const
   {
-    return cosine * slide + sine * n.cross(slide);
+    return along * slide + half * n.cross(slide);
+  }
+
+private:
+  void set_half(double angle)
+  {
+    constexpr double small = 0.1; // the next terms of the series are rounding
+    half = angle;
+    const double s = half * half;
+    if (std::abs(half) < small)
+    {
+      along =
+          1.0 -
+          s / 3.0 * (1.0 + s / 15.0 * (1.0 + 2.0 / 21.0 * s * (1.0 + 0.1 * s)));
+      by_half =
+          -half * 2.0 / 3.0 *
+          (1.0 + 2.0 / 15.0 * s * (1.0 + s / 7.0 * (1.0 + 2.0 / 15.0 * s)));
+      return;
+    }
+    const double sine = std::sin(half), cosine = std::cos(half);
+    along = half * cosine / sine;
+    by_half = (sine * cosine - half) / (sine * sine);
   }
 };
 
@@ -88,9 +108,9 @@ struct SpinSlopes<3>
   SpinSlopes(const Spin<3>& spin, const Vec<3>& slide)
   {
     const Vec<3>& n = spin.n;
-    by_slide = spin.sine * cross_matrix(n);
-    add_to_diagonal(by_slide, spin.cosine);
-    by_angle = 0.5 * (spin.cosine * n.cross(slide) - spin.sine * slide);
+    by_slide = spin.half * cross_matrix(n);
+    add_to_diagonal(by_slide, spin.along);
+    by_angle = 0.5 * (n.cross(slide) + spin.by_half * slide);
     const Vec<3> beside = n.cross(spin.of_master);
     const double own = 1.0 / spin.of_slave.squaredNorm();
     const double other = 1.0 / beside.squaredNorm();
@@ -98,7 +118,7 @@ struct SpinSlopes<3>
     by_second_now = -own * spin.of_slave;
     by_first = -other * beside;
     by_second = other * beside.cross(n);
-    by_n = -spin.sine * cross_matrix(slide);
+    by_n = -spin.half * cross_matrix(slide);
     const Vec<3> turn = n.dot(spin.first.value) * by_first +
                         n.dot(spin.second.value) * by_second;
     by_n -= by_angle * turn.transpose();

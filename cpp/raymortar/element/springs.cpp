@@ -1,325 +1,99 @@
 #include "raymortar/element/springs.h"
-#include "raymortar/element/extension.h"
-#include "raymortar/element/target.h"
-#include "raymortar/element/turned_traction.h"
-#include "raymortar/geometry/predicates.h"
-#include "raymortar/law/cone.h"
+#include "raymortar/element/facet_fit.h"
 
 namespace raymortar
 {
 namespace
 {
-/// Corrections of a field where points slip, at most, and the share of it below
-/// which they end. After the first ones a field is corrected only as long as
-/// that converges: where the bound cuts it off at all points, it grows, and the
-/// traction stays
-constexpr int corrections = 60, first_corrections = 20;
-constexpr double settled = 1e-13, converges = 0.7;
-
 template <int D>
-class Springs
+class Fit : FacetFit<D>
 {
-  static constexpr int T = D - 1;
-  /// Nodal field of one facet
-  using Nodal = Eigen::Matrix<double, D, Eigen::Dynamic, 0, D, 9>;
-  /// Shape functions of the displacement
-  using Shapes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 9, 1>;
+  using Base = FacetFit<D>;
+  using Base::_results;
+  using Base::_shapes;
+  using Base::_state;
+  using Base::_width;
+  using Base::facets;
+  using Base::for_closed_points;
+  using Base::shapes_at;
+  using typename Base::Nodal;
+  using typename Base::Shapes;
 
 public:
-  Springs(const ContactState& state, const PointResults& results)
-      : _state(state), _results(results),
-        _shapes(state.slave.shape, state.slave.degree),
-        _width(static_cast<std::size_t>(_shapes.nodes()) * D),
-        _part(facets(), FacetMatrix::Zero(_shapes.nodes(), _shapes.nodes())),
-        _load(facets(), Nodal::Zero(D, _shapes.nodes())), _known(facets()),
-        _slips(facets(), false), _change(facets(), 0.0),
-        _field(facets() * _width, 0.0)
+  Fit(const ContactState& state, const PointResults& results)
+      : Base(state, results)
   {
+    _found.nodal.assign(facets() * _width, 0.0);
   }
 
-  [[nodiscard]] std::vector<double> accepted()
+  [[nodiscard]] Springs springs()
   {
-    turn_old_field();
-    for_closed_points([this](std::size_t q, std::size_t) { add_change(q); });
+    sort_points();
     for (std::size_t f = 0; f < facets(); ++f)
-      start(f);
-    for (int k = 0; k < corrections and correct(k < first_corrections); ++k)
-      ;
-    return std::move(_field);
+      fit(f);
+    return std::move(_found);
   }
 
 private:
-  [[nodiscard]] std::size_t facets() const
+  /// Collect the closed points facet by facet, with what springs hold there
+  void sort_points()
   {
-    return static_cast<std::size_t>(_state.slave.num_facets());
-  }
-
-  /// Call with the number of each closed point and of its facet
-  template <class Call>
-  void for_closed_points(Call&& call) const
-  {
-    for (std::size_t q = 0; q < _state.points.size(); ++q)
-      if (_results.status[q] >= ContactStatus::stick and
-          _state.points.area[q] > 0.0)
-        call(q, static_cast<std::size_t>(_state.points.slave[q]));
-  }
-
-  [[nodiscard]] Eigen::Map<Nodal> field(std::size_t f)
-  {
-    return Eigen::Map<Nodal>(_field.data() + f * _width, D, _shapes.nodes());
-  }
-
-  /// Shape functions at a point
-  [[nodiscard]] Shapes shapes_at(std::size_t q) const
-  {
-    ShapeRows<T> rows;
-    _shapes.first(_state.points.xi[q].template head<T>(), rows);
-    Shapes N(_shapes.nodes());
-    for (int a = 0; a < _shapes.nodes(); ++a)
-      N[a] = rows[static_cast<std::size_t>(a)][0];
-    return N;
-  }
-
-  /// Value of a vector at a point, from its nodal values
-  [[nodiscard]] Vec<D> field_at(std::size_t f, const Shapes& N)
-  {
-    return field(f).lazyProduct(N);
-  }
-
-  /// Value of a scalar field on a facet
-  [[nodiscard]] double value(const FacetField& of, Index facet,
-                             const Shapes& N) const
-  {
-    double sum = 0.0;
-    const auto first = static_cast<Eigen::Index>(facet) * N.size();
-    for (Eigen::Index a = 0; a < N.size() and not of.empty(); ++a)
-      sum += N[a] * of.nodal[static_cast<std::size_t>(first + a)];
-    return sum;
-  }
-
-  /// Frame of a slave facet at some positions
-  [[nodiscard]] Frame<D> frame(const std::vector<double>& positions,
-                               Index facet, const Vec<2>& xi) const
-  {
-    const auto taylor = AnyFacet<D>(_state.slave, positions, facet).taylor(xi);
-    Frame<D> f;
-    f.x = taylor.col(0);
-    f.t = taylor.template middleCols<T>(1);
-    set_normal(f);
-    return f;
-  }
-
-  /// The rotation of the surface at each node, of all of the vector: what it
-  /// has along the normal there is tangential elsewhere on a curved facet
-  void turn_old_field()
-  {
-    if (_state.traction_old.empty())
-      return;
-    const Surface& slave = _state.slave;
-    const std::vector<Vec<2>> places = node_places(slave.shape, slave.degree);
+    SpringPoints& to = _found.points;
+    to.first.assign(facets() + 1, 0);
+    for_closed_points([&](std::size_t, std::size_t f) { ++to.first[f + 1]; });
     for (std::size_t f = 0; f < facets(); ++f)
-      for (std::size_t a = 0; a < places.size(); ++a)
-      {
-        const auto facet = static_cast<Index>(f);
-        const Frame<D> before = frame(slave.x_old, facet, places[a]);
-        const std::size_t at = f * _width + a * D;
-        Eigen::Map<Vec<D>>(_field.data() + at) =
-            carry_traction<D>(
-                before, dual_tangents<D>(before),
-                frame(slave.x, facet, places[a]),
-                Eigen::Map<const Vec<D>>(_state.traction_old.nodal.data() + at),
-                true)
-                .value();
-      }
-  }
-
-  [[nodiscard]] Vec<D> vector(const std::vector<double>& values,
-                              std::size_t q) const
-  {
-    return Eigen::Map<const Vec<D>>(values.data() + q * D);
-  }
-
-  [[nodiscard]] Vec<D> tangential(const Vec<D>& v, std::size_t q) const
-  {
-    const Vec<D> n = vector(_results.contact_normal, q);
-    return v - n.dot(v) * n;
-  }
-
-  /// Coefficient of the law at a point
-  [[nodiscard]] double gamma_at(std::size_t q, const Shapes& N) const
-  {
-    const Index slave = _state.points.slave[q], master = _state.hits.master[q];
-    if (_state.has_tools())
-      return value(_state.gamma, slave, N);
-    return _state.pair_factors.of(_state.slave.body_of(slave),
-                                  _state.master.body_of(master)) *
-           value(_state.gamma, slave, N);
-  }
-
-  /// Multiplier at a point; zero where there is none
-  [[nodiscard]] Vec<D> multiplier(std::size_t q) const
-  {
-    if (not has_multiplier())
-      return Vec<D>::Zero();
-    return vector(_results.traction, q);
-  }
-
-  [[nodiscard]] bool has_multiplier() const
-  {
-    return _state.multipliers.components > 0;
-  }
-
-  /// Friction law at a point
-  [[nodiscard]] FrictionLaw law_at(std::size_t q, const Shapes& N) const
-  {
-    if (not _state.friction_bounds.empty())
-      return _state.friction_bounds[q];
-    if (_state.friction_coefficient.empty())
-      return *_state.friction;
-    return with_coefficient(*_state.friction, value(_state.friction_coefficient,
-                                                    _state.points.slave[q], N));
-  }
-
-  /// Bound of friction at the accepted step, with its gap along the old normal
-  /// of the law's frame
-  [[nodiscard]] double old_bound(std::size_t q, const Shapes& N,
-                                 double gamma) const
-  {
-    const Surface& slave = _state.slave;
-    const Index facet = _state.points.slave[q];
-    const Frame<D> old = frame(slave.x_old, facet, _state.points.xi[q]);
-    const OldTarget<D> target = old_target<D>(_state, q, vector(_results.x, q),
-                                              vector(_results.normal, q));
-    const Vec<D> n = _state.has_frame_of_target(q) ? Vec<D>(-target.n) : old.n;
-    const double g = n.dot(target.x - old.x) + value(_state.offset, facet, N);
-    const double p =
-        vector(_results.contact_normal, q).dot(multiplier(q)) + gamma * g;
-    return bound_at(law_at(q, N), p).s;
-  }
-
-  /// Add the change of the law at a closed point
-  void add_change(std::size_t q)
-  {
-    const auto f = static_cast<std::size_t>(_state.points.slave[q]);
-    const Shapes N = shapes_at(q);
-    const double gamma = gamma_at(q, N);
-    const double unit = has_multiplier() ? gamma : 1.0;
-    const Vec<D> start = tangential(multiplier(q) + unit * field_at(f, N), q);
-    const Vec<D> end = vector(_results.friction, q);
-    Vec<D> change = end - start;
-    if (_results.status[q] == ContactStatus::slip)
-    {
-      change += excess(q, N, gamma, start, end);
-      _slips[f] = has_multiplier();
-    }
-    _part[f] += (_results.weight[q] * N).lazyProduct(N.transpose());
-    add_to_load(f, _results.weight[q] / unit * change, N);
-  }
-
-  void add_to_load(std::size_t f, const Vec<D>& change, const Shapes& N)
-  {
-    _load[f] += change.lazyProduct(N.transpose());
-  }
-
-  /// A polynomial may exceed the bound at single points by its own error. The
-  /// law cuts that off wherever it is evaluated; the field has to keep it, or
-  /// it would get smaller with every step at rest. Slip uses it up
-  [[nodiscard]] Vec<D> excess(std::size_t q, const Shapes& N, double gamma,
-                              const Vec<D>& start, const Vec<D>& end) const
-  {
-    const double length = start.norm() -
-                          std::max(end.norm(), old_bound(q, N, gamma)) -
-                          gamma * vector(_results.slip, q).norm();
-    if (length <= 0.0)
-      return Vec<D>::Zero();
-    return length * start.normalized();
-  }
-
-  void start(std::size_t f)
-  {
-    if (_part[f].isZero(0.0))
-    {
-      field(f).setZero();
-      return;
-    }
-    _known[f] =
-        polynomials_on_part(_state.slave.shape, _state.slave.degree, _part[f]);
-    add_load(f);
-  }
-
-  /// Add the polynomial of the load, and take the load away
-  void add_load(std::size_t f)
-  {
-    const Nodal told = _load[f].lazyProduct(_known[f]);
-    field(f) += told.lazyProduct(_known[f].transpose());
-    _load[f].setZero();
-  }
-
-  /// Add to the field what keeps the mean traction of this step at rest. The
-  /// law cuts off the errors of a polynomial that lie outside the bound, and
-  /// leaves those inside: without this, the mean would be too small
-  /// @param[in] all Whether fields that do not converge are corrected too
-  /// @return Whether a facet is to be corrected further
-  [[nodiscard]] bool correct(bool all)
-  {
+      to.first[f + 1] += to.first[f];
+    to.xi.resize(to.first.back());
+    to.area.resize(to.first.back());
+    to.rest.resize(to.first.back() * D);
+    std::vector<std::size_t> next(to.first.begin(), to.first.end() - 1);
     for_closed_points(
-        [this](std::size_t q, std::size_t f)
+        [&](std::size_t q, std::size_t f)
         {
-          if (_slips[f])
-            add_lack(q);
+          const std::size_t at = next[f]++;
+          to.xi[at] = _state.points.xi[q];
+          to.area[at] = std::abs(_results.weight[q]); // slivers may be turned
+          held(at) = Eigen::Map<const Vec<D>>(_results.friction.data() + q * D);
         });
-    bool again = false;
-    for (std::size_t f = 0; f < facets(); ++f)
-      if (_slips[f])
-      {
-        const Nodal was = field(f);
-        add_load(f);
-        const double change = (field(f) - was).norm();
-        _slips[f] = change > settled * field(f).norm() and
-                    (all or change < converges * _change[f]);
-        _change[f] = change;
-        again = again or _slips[f];
-      }
-    return again;
   }
 
-  void add_lack(std::size_t q)
+  /// Take the polynomial of a facet from what its points hold
+  void fit(std::size_t f)
   {
-    const Index facet = _state.points.slave[q];
-    const auto f = static_cast<std::size_t>(facet);
-    const Shapes N = shapes_at(q);
-    const double gamma = gamma_at(q, N);
-    const double unit = has_multiplier() ? gamma : 1.0;
-    const double touch =
-        tolerance::touch *
-        AnyFacet<D>(_state.slave, _state.slave.x, facet).diameter();
-    const auto at_rest = project_tangential<D>(
-        vector(_results.contact_normal, q),
-        multiplier(q) + unit * field_at(f, N),
-        bound_at(law_at(q, N), _results.pressure[q]).s, gamma * touch);
-    add_to_load(f,
-                _results.weight[q] / unit *
-                    (vector(_results.friction, q) - at_rest.value),
-                N);
+    const SpringPoints& points = _found.points;
+    const std::size_t begin = points.first[f], end = points.first[f + 1];
+    if (begin == end)
+      return;
+    FacetMatrix part = FacetMatrix::Zero(_shapes.nodes(), _shapes.nodes());
+    Nodal load = Nodal::Zero(D, _shapes.nodes());
+    for (std::size_t q = begin; q < end; ++q)
+    {
+      const Shapes N = shapes_at(points.xi[q]);
+      part += (points.area[q] * N).lazyProduct(N.transpose());
+      load += (points.area[q] * held(q)).lazyProduct(N.transpose());
+    }
+    const FacetMatrix known =
+        polynomials_on_part(_state.slave.shape, _state.slave.degree, part);
+    const Nodal told = load.lazyProduct(known);
+    Eigen::Map<Nodal> field(_found.nodal.data() + f * _width, D,
+                            _shapes.nodes());
+    field = told.lazyProduct(known.transpose());
+    for (std::size_t q = begin; q < end; ++q)
+      held(q) -= field.lazyProduct(shapes_at(points.xi[q]));
   }
 
-  const ContactState& _state;
-  const PointResults& _results;
-  ShapeFunctions<T> _shapes;       ///< of the displacement
-  std::size_t _width;              ///< numbers of a nodal field, per facet
-  std::vector<FacetMatrix> _part;  ///< mass of the closed points
-  std::vector<Nodal> _load;        ///< integrals of the change
-  std::vector<FacetMatrix> _known; ///< polynomials of the closed points
-  std::vector<bool> _slips;    ///< facets with slip that are still corrected
-  std::vector<double> _change; ///< of each facet's field by its last correction
-  std::vector<double> _field;
+  [[nodiscard]] Eigen::Map<Vec<D>> held(std::size_t q)
+  {
+    return Eigen::Map<Vec<D>>(_found.points.rest.data() + q * D);
+  }
+
+  Springs _found;
 };
 } // namespace
 
-std::vector<double> accepted_springs(const ContactState& state,
-                                     const PointResults& results)
+Springs accepted_springs(const ContactState& state, const PointResults& results)
 {
-  return state.slave.gdim == 2 ? Springs<2>(state, results).accepted()
-                               : Springs<3>(state, results).accepted();
+  return state.slave.gdim == 2 ? Fit<2>(state, results).springs()
+                               : Fit<3>(state, results).springs();
 }
 } // namespace raymortar

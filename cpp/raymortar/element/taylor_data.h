@@ -55,6 +55,7 @@ struct TaylorData
   double touch = 0.0;             ///< see PointState, length
   Measure measure = Measure::reference;
   bool frame_of_target = false; ///< see ContactState::has_frame_of_target
+  bool has_arm = true;          ///< see HitPoint
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
   FrictionData<D> history;

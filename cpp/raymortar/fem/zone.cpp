@@ -239,7 +239,7 @@ void Zone::set_node_sums(std::span<const double> sums)
   _has_node_sums = true;
 }
 
-std::vector<double> Zone::accepted_springs() const
+Springs Zone::accepted_springs() const
 {
   return _interface.accepted_springs();
 }

@@ -156,9 +156,12 @@ public:
     _interface.set_unfelt(parts, accepted, kept);
   }
 
-  /// @brief Set whether the next residuals and tangents belong to a system from
-  /// which multipliers are eliminated  [theory (4.31)].
-  void set_eliminated(bool on) { _interface.set_eliminated(on); }
+  /// @brief See Interface::set_terms.
+  void set_terms(const TermFactory& factory)
+  {
+    _interface.set_terms(factory);
+    _has_node_sums = false;
+  }
 
   /// @brief Augmentation coefficient at the slave facets' dofs,
   /// (facets, dofs per facet), and the traction per unit of the unknown.
@@ -194,7 +197,19 @@ public:
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,
   /// gdim).
-  [[nodiscard]] std::vector<double> accepted_springs() const;
+  [[nodiscard]] Springs accepted_springs() const;
+
+  /// @brief Whether friction makes couples over gaps, see ContactState.
+  void set_couples_over_gaps(bool set)
+  {
+    _interface.set_couples_over_gaps(set);
+  }
+
+  /// @brief What springs hold at points, as `accepted_springs` gives it.
+  void set_spring_points(SpringPoints points)
+  {
+    _interface.set_spring_points(std::move(points));
+  }
 
   /// @brief All stages at the current displacement; none if nothing has moved
   /// since the last time, or if a tie has its pairs.

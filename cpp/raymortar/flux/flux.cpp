@@ -79,9 +79,10 @@ public:
         {
           _element.clear_residual(_field);
           for_points(e,
-                     [&](std::size_t, std::size_t k) {
+                     [&](std::size_t, std::size_t k)
+                     {
                        _element.add_residual({_points.data, _points.at}, _field,
-                                             flux, k);
+                                             flux, k, _state.keeps_springs);
                      });
           for (int a = 0; a < _field.nodes(); ++a)
           {
@@ -165,7 +166,7 @@ private:
     out.pressure.push_back(std::max(0.0, -p.pressure()));
     out.gap.push_back(p.gap);
     out.slip.push_back(slip.norm());
-    out.work.push_back(-p.response.t.dot(slip));
+    out.work.push_back(p.dissipated(_state.keeps_springs));
     out.weight.push_back(p.weight);
   }
 
@@ -174,8 +175,8 @@ private:
     const auto& e = _points.data;
     const typename Element::template Hit<true> p(e, _points.at);
     const typename Element::HitTangent by(e, p);
-    const FluxSlopes<D> slopes(p, flux, k);
-    const Vec<2> h = leaving(p, flux, k);
+    const FluxSlopes<D, Element::M> slopes(p, flux, k, _state.keeps_springs);
+    const Vec<2> h = leaving(p, flux, k, _state.keeps_springs);
     _element.add_tangent(e, p, by, slopes, h, _field, _points.shapes);
     if (not moves)
       return;

@@ -47,9 +47,9 @@ public:
   }
 
   void add_residual(const Hit<false>& p, const FluxAt<D>& field,
-                    const FluxValues& flux, std::size_t k)
+                    const FluxValues& flux, std::size_t k, bool has_springs)
   {
-    const Vec<2> h = p.weight * leaving(p, flux, k);
+    const Vec<2> h = p.weight * leaving(p, flux, k, has_springs);
     const int n = field.slave_nodes();
     for (int a = 0; a < n; ++a)
       r[place(a)] += field.slave_value(a) * h[0];
@@ -59,7 +59,7 @@ public:
 
   /// @brief Tangent at a fixed point.
   void add_tangent(const Data& e, const Hit<true>& p, const HitTangent& by,
-                   const FluxSlopes<D>& d, const Vec<2>& h,
+                   const FluxSlopes<D, M>& d, const Vec<2>& h,
                    const FluxAt<D>& field, const Shapes& at)
   {
     add_by_field(p.weight, d, field);
@@ -86,7 +86,7 @@ public:
   /// @brief Integrand per unit of weight, and its change along the slave.
   static void set_integrand(const Data& e, const ElementPoint& q,
                             const Hit<true>& p, const HitTangent& by,
-                            const FluxSlopes<D>& d, const Vec<2>& h,
+                            const FluxSlopes<D, M>& d, const Vec<2>& h,
                             const Vec<T>& law_xi, const FluxAt<D>& field,
                             const Shapes& at, AnyIntegrand<D>& out)
   {
@@ -98,12 +98,14 @@ public:
     const Columns geometry(e, q, p, by, along.bend, no_gamma, no_lam);
     const Columns of_traction(e, q, p, by, along.bend, along.log_gamma, lam);
     const Mat<T, T> eta_xi = geometry.eta();
-    const Mat<2, T> h_xi =
-        chain<2>(Geometric(d).slopes(), p, by, geometry) +
-        d.by_t * chain<D>(traction_slopes(p), p, by, of_traction) +
-        d.by_slave * field.slave_xi.transpose() +
-        d.by_target * (field.target_eta.transpose() * eta_xi) +
-        d.sides * law_xi.transpose() + h * along.area.log_jacobian;
+    Mat<2, T> h_xi = chain<2>(Geometric(d).slopes(), p, by, geometry) +
+                     d.by_t * chain<D>(traction_slopes(p), p, by, of_traction) +
+                     d.by_slave * field.slave_xi.transpose() +
+                     d.by_target * (field.target_eta.transpose() * eta_xi) +
+                     d.sides * law_xi.transpose() + h * along.area.log_jacobian;
+    if (d.cone)
+      h_xi += d.by_cone * (chain<1>(d.cone->slopes(), p, by, of_traction) -
+                           d.cone->value * along.log_gamma);
     clear(at.size(), out);
     const double area = along.area.jacobian;
     for (int a = 0; a < field.slave_nodes(); ++a)
@@ -119,12 +121,12 @@ private:
   /// fixed traction
   struct Geometric
   {
-    const FluxSlopes<D>& d;
+    const FluxSlopes<D, M>& d;
     Mat<2, M> no_lam = Mat<2, M>::Zero();
     Mat<2, D> no_spring = Mat<2, D>::Zero();
     Vec<2> none = Vec<2>::Zero();
 
-    explicit Geometric(const FluxSlopes<D>& slopes) : d(slopes) {}
+    explicit Geometric(const FluxSlopes<D, M>& slopes) : d(slopes) {}
 
     [[nodiscard]] LawSlopes<2, D, M, true> slopes() const
     {
@@ -136,7 +138,7 @@ private:
   /// at a fixed field
   [[nodiscard]] static UnknownRows<2, D> vary(const Data& e, const Hit<true>& p,
                                               const HitTangent& by,
-                                              const FluxSlopes<D>& d,
+                                              const FluxSlopes<D, M>& d,
                                               const Vec<2>& h, const Shapes& at)
   {
     const typename Base::Columns columns(p, by, at.has_target());
@@ -147,6 +149,15 @@ private:
     {
       varied.slave[k] += d.by_t * dt.slave[k];
       varied.target[k] += d.by_t * dt.target[k];
+    }
+    if (d.cone)
+    {
+      const auto dissipated = chain<1>(d.cone->slopes(), p, by, columns);
+      for (std::size_t k = 0; k < D; ++k)
+      {
+        varied.slave[k] += d.by_cone * dissipated.slave[k];
+        varied.target[k] += d.by_cone * dissipated.target[k];
+      }
     }
     Base::template add_area<2>(e, p, by.dual, h, varied);
     UnknownRows<2, D> rows;
@@ -164,7 +175,7 @@ private:
     return rows;
   }
 
-  void add_by_field(double w, const FluxSlopes<D>& d, const FluxAt<D>& field)
+  void add_by_field(double w, const FluxSlopes<D, M>& d, const FluxAt<D>& field)
   {
     const int n = field.slave_nodes(), all = field.nodes();
     const auto value = [&](int k)

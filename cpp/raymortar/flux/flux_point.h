@@ -46,6 +46,8 @@ decltype(auto) with_traction(const ContactState& s, Fn&& fn)
   case 1:
     return fn.template operator()<ScalarTraction>();
   default:
+    if (s.friction and not s.has_law_at_nodes())
+      return fn.template operator()<FrictionalAugmentedLagrangian>();
     return fn.template operator()<Nodal<FrictionalAugmentedLagrangian>>();
   }
 }
@@ -147,31 +149,86 @@ private:
 
 /// @brief What leaves both sides at a point: the flux less the heat that
 /// friction brings  [theory (7.1)].
+/// @param[in] has_springs See HitPoint::dissipated
 template <class Hit>
 [[nodiscard]] Vec<2> leaving(const Hit& p, const FluxValues& flux,
-                             std::size_t k)
+                             std::size_t k, bool has_springs)
 {
-  const double work = -p.response.t.dot(p.slip());
+  const double work = p.dissipated(has_springs);
   return {flux.q[k] - flux.slave_heat * work,
           -flux.q[k] - flux.target_heat * work};
 }
 
+/// @brief The derivatives of the energy that slip beyond the cone takes, of a
+/// penalty: M = 0  [theory (7.10)].
+template <int D, int M>
+struct ConeSlopes
+{
+  double value; ///< that energy
+  Mat<1, D> by_n, by_w, by_spring;
+  Vec<1> by_g, by_coefficient, by_rate;
+  Mat<1, M> by_lam;
+
+  /// @param[in] p On the cone
+  template <class Hit>
+  explicit ConeSlopes(const Hit& p) : value(p.dissipated(true))
+  {
+    const auto& r = p.response;
+    const Vec<D> P = p.friction(), z = p.trial();
+    const double z_n = dot<D>(p.normal, z);
+    const Vec<D> q = z - z_n * p.normal;
+    const double t_n = dot<D>(p.normal, r.t);
+    const Vec<D> t = (r.t - t_n * p.normal) / p.gamma;
+    const Mat<1, D> by_t = ((q - P) / p.gamma).transpose();
+    const Mat<1, D> by_P = -t.transpose(), by_z = t.transpose();
+    by_n = (r.p - z_n) * by_z - t_n * by_t;
+    by_w = -p.gamma * by_z;
+    by_spring = by_z;
+    const Mat<1, D> by_both = by_t + by_P;
+    by_n += by_both * r.t_n;
+    by_g = by_both * r.t_g;
+    by_w += by_both * r.t_w;
+    by_spring += by_both * r.t_spring;
+    by_coefficient = by_both * r.t_coefficient;
+    by_rate = by_both * r.t_rate;
+  }
+
+  [[nodiscard]] LawSlopes<1, D, M, true> slopes() const
+  {
+    return {by_n, by_g, by_lam, by_w, by_spring, by_coefficient, by_rate};
+  }
+};
+
 /// @brief The derivatives of `leaving` by what the law takes  [theory (7.3)].
-template <int D>
+template <int D, int M>
 struct FluxSlopes
 {
   Mat<2, D> by_t, by_n, by_w;
   Vec<2> by_g;
-  Vec<2> by_slave, by_target; ///< by the field
-  Vec<2> sides{1.0, -1.0};    ///< by the flux
+  Vec<2> by_slave, by_target;      ///< by the field
+  Vec<2> sides{1.0, -1.0};         ///< by the flux
+  Vec<2> by_cone = Vec<2>::Zero(); ///< by the energy of the cone, if there is
+  std::optional<ConeSlopes<D, M>> cone;
 
+  /// @param[in] has_springs See HitPoint::dissipated
   template <class Hit>
-  FluxSlopes(const Hit& p, const FluxValues& flux, std::size_t k)
+  FluxSlopes(const Hit& p, const FluxValues& flux, std::size_t k,
+             bool has_springs)
   {
     const double* const q = flux.slopes.data() + 5 * k;
     const Vec<D>&t = p.response.t, &nu = p.normal, &w = p.old.w;
     const SlipAlong<D> slip(nu, w);
-    const Vec<2> heat(-flux.slave_heat, -flux.target_heat);
+    Vec<2> heat(-flux.slave_heat, -flux.target_heat);
+    if constexpr (requires { p.trial(); })
+      if (has_springs)
+      {
+        if (p.response.status == ContactStatus::slip)
+        {
+          cone.emplace(p);
+          by_cone = heat;
+        }
+        heat.setZero();
+      }
     const double along_w = nu.dot(w), along_t = nu.dot(t);
     // p = - nu . t where that is positive
     const Vec<2> by_pressure =

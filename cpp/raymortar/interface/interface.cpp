@@ -1,6 +1,6 @@
 #include "raymortar/interface/interface.h"
 #include "raymortar/core/error.h"
-#include "raymortar/element/springs.h"
+#include "raymortar/element/excess.h"
 #include "raymortar/interface/mortar_term.h"
 #include <algorithm>
 
@@ -82,6 +82,7 @@ ContactState first_state(const InterfaceInput& input)
   s.friction = input.friction;
   s.measure = input.measure;
   s.frame = input.frame;
+  s.keeps_springs = input.keeps_springs;
   s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);
@@ -105,6 +106,15 @@ Interface::Interface(const InterfaceInput& input)
       _state(first_state(input)), _pipeline(input, input.slave.num_facets()),
       _terms(factory_of(input).make(_state, _has_moving_segments))
 {
+}
+
+void Interface::set_terms(const TermFactory& factory)
+{
+  _state.condition = Condition::points;
+  _state.node_sums = nullptr;
+  factory.prepare(_state);
+  _terms = factory.make(_state, _has_moving_segments);
+  _pipeline.forget_points();
 }
 
 /// What the first term gives that gives any
@@ -163,12 +173,15 @@ void Interface::set_node_sums(std::span<const double> sums)
     term->take_sums(_state);
 }
 
-std::vector<double> Interface::accepted_springs() const
+Springs Interface::accepted_springs() const
 {
   for (const auto& term : _terms)
     if (auto springs = term->accepted_springs(_state))
       return *std::move(springs);
-  return raymortar::accepted_springs(_state, assembler().results(_state));
+  const PointResults results = assembler().results(_state);
+  if (_state.multipliers.components > 0)
+    return {accepted_excess(_state, results), {}};
+  return raymortar::accepted_springs(_state, results);
 }
 
 void Interface::set_master(Surface master)

@@ -20,6 +20,7 @@ struct InterfaceInput : PairingRules
   Method method = Method::augmented_lagrangian;
   std::optional<FrictionLaw> friction; ///< none: frictionless
   LawFrame frame = LawFrame::automatic;
+  bool keeps_springs = true; ///< see ContactState
   bool moving_segments = true;
   /// Makes the terms; null: contact whose law holds at points
   std::shared_ptr<const TermFactory> terms;
@@ -46,6 +47,10 @@ public:
 
   /// @brief Other master facets, where they are and where they were.
   void set_master(Surface master);
+
+  /// @brief Other terms than those of the input, before the first step: where
+  /// the law holds. What is sent for a step is to be sent anew.
+  void set_terms(const TermFactory& factory);
 
   /// @brief Present displacement of the slave's and the master's dofs,
   /// (dofs, gdim).
@@ -86,9 +91,6 @@ public:
                   std::span<const double> accepted,
                   std::span<const std::int8_t> kept);
 
-  /// @brief See Zone::set_eliminated.
-  void set_eliminated(bool on) { _state.eliminated = on; }
-
   /// @brief See Zone::set_gamma.
   void set_gamma(std::span<const double> gamma, double scale,
                  PairFactors factors);
@@ -104,6 +106,13 @@ public:
   /// @throws Error for a name that is none of theirs
   void set_field(std::string_view name, std::span<const double> values);
   void set_friction_bounds(std::vector<PointBound> bounds);
+  /// @brief Whether friction makes couples over gaps, see ContactState.
+  void set_couples_over_gaps(bool set) { _state.couples_over_gaps = set; }
+  /// @brief What springs hold at points, with the field "traction_old".
+  void set_spring_points(SpringPoints points)
+  {
+    _state.spring_points = std::move(points);
+  }
 
   /// @brief Cross points of a tie: slave dofs that take part in other ties or
   /// contacts too, nonzero, (dofs,). From the next step on.
@@ -146,7 +155,7 @@ public:
   [[nodiscard]] DampingTerm& damping() const;
   [[nodiscard]] CoverTerm& cover() const;
   /// @brief See Zone::accepted_springs.
-  [[nodiscard]] std::vector<double> accepted_springs() const;
+  [[nodiscard]] Springs accepted_springs() const;
 
 private:
   template <class Get>

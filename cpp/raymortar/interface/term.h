@@ -1,7 +1,7 @@
 // Terms of contact: each adds to residual and tangent.
 #pragma once
 
-#include "raymortar/element/assembler.h"
+#include "raymortar/element/springs.h"
 #include "raymortar/interface/step_start.h"
 #include "raymortar/interface/unknowns.h"
 #include <optional>
@@ -119,7 +119,7 @@ public:
 
   /// @brief What the friction springs carry on, see Zone; none: the springs of
   /// points do.
-  [[nodiscard]] virtual std::optional<std::vector<double>>
+  [[nodiscard]] virtual std::optional<Springs>
   accepted_springs(const ContactState&) const
   {
     return {};

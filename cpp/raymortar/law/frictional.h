@@ -215,4 +215,12 @@ template <>
 inline constexpr bool is_frictional<FrictionalAugmentedLagrangian> = true;
 template <>
 inline constexpr bool is_frictional<FrictionalPenalty> = true;
+
+/// @brief Whether a law projects tractions on the cone of friction at points.
+template <class Law>
+inline constexpr bool has_cone_at_points = false;
+template <>
+inline constexpr bool has_cone_at_points<FrictionalAugmentedLagrangian> = true;
+template <>
+inline constexpr bool has_cone_at_points<FrictionalPenalty> = true;
 } // namespace raymortar

@@ -17,11 +17,17 @@ struct NodalPoints : AnyPoints<D, Law>
   using Kernel = NodalElement<D, Law>;
   using Hit = HitPoint<D, Law>;
   static constexpr int T = D - 1;
+  using Functions = NodeFunctions;
+  const NodeFunctions* functions;               ///< null: shape functions
   std::optional<FacetConditions<D, Law>> nodes; ///< where they are asked for
 
-  using Base::Base;
+  NodalPoints(const ContactState& s, const Wanted& wanted,
+              const NodeFunctions* those)
+      : Base(s, wanted, those ? &those->tractions : nullptr), functions(those)
+  {
+  }
 
-  void prepare() { nodes.emplace(this->state); }
+  void prepare() { nodes.emplace(this->state, functions); }
 
   void take(std::size_t element)
   {
@@ -51,7 +57,7 @@ struct NodalPoints : AnyPoints<D, Law>
   template <class Response>
   [[nodiscard]] ContactStatus status(const Response&) const
   {
-    return nodes->nearest().status;
+    return nodes->nearest_status();
   }
 };
 
@@ -72,18 +78,18 @@ void NodalPoints<D, Law>::add_integrand(const Hit& p,
   for (int k = 0; k < nodes->size(); ++k)
   {
     const auto& c = nodes->at(k);
-    const auto& N = nodes->test(k);
-    const Vec<M> f = share_of_point(e, p, c);
-    const Mat<M, T> f_xi =
-        chain<M>(point_slopes<D, Law>(c), p, slopes, columns) +
-        p.gamma * c.by_gamma * along.log_gamma + f * along.area.log_jacobian;
+    const RowAtPoint<D, M> row = nodes->row(e, p, k);
+    const PointSlopes<D, Law> by_point(c, row);
+    const Mat<M, T> along_facet =
+        chain<M>(by_point.slopes(), p, slopes, columns) + row.along +
+        row.test * p.gamma * c.by_gamma * along.log_gamma +
+        row.value * along.area.log_jacobian;
     for (int i = 0; i < M; ++i)
     {
-      const auto row = static_cast<std::size_t>(unknowns.side() + k * M + i);
-      out.f[row] = w * N[0] * f[i];
+      const auto r = static_cast<std::size_t>(unknowns.side() + k * M + i);
+      out.f[r] = w * row.value[i] + unknowns.scale * row.by_share[i];
       for (std::size_t j = 0; j < T; ++j)
-        out.f_xi[j][row] =
-            w * (N[0] * f_xi(i, static_cast<int>(j)) + f[i] * N[1 + j]);
+        out.f_xi[j][r] = w * along_facet(i, static_cast<int>(j));
     }
   }
 }
@@ -98,25 +104,31 @@ class NodalAssemblerOf final : public AssemblerOf<D, Law, NodalPoints<D, Law>>,
 public:
   using Base::Base;
 
-  [[nodiscard]] NodeSums node_sums(const ContactState& s) const override
+  [[nodiscard]] NodeSums node_sums(const ContactState& s,
+                                   FacetIntegrals* tested) const override
   {
     NodeSums sums(s.multipliers.row.size(), D);
+    if (tested)
+      tested->assign(s.multipliers.facet.size() * (1 + D), 0.0);
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>}, this->tractions());
+        s, Wanted{.old = is_frictional<Law>}, this->functions());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
       if (points->has_target)
         Base::for_points(*points, e,
-                         [&](std::size_t)
-                         { add_point(*points, s.elements.slave[e], sums); });
+                         [&](std::size_t) {
+                           add_point(*points, s.elements.slave[e], sums,
+                                     tested);
+                         });
     }
     return sums;
   }
 
 private:
   /// Add what a point gives to the nodes of its facet
-  static void add_point(const Points& at, Index facet, NodeSums& sums)
+  static void add_point(const Points& at, Index facet, NodeSums& sums,
+                        FacetIntegrals* tested)
   {
     const auto& e = at.data;
     const HitPoint<D, Law, false> p(e, at.at);
@@ -126,18 +138,23 @@ private:
     set_node_tests<D - 1>(at.shapes.multiplier, count, tests);
     for (int k = 0; k < count; ++k)
     {
-      const Index node = m.facet[static_cast<std::size_t>(facet * count + k)];
+      const auto place = static_cast<std::size_t>(facet * count + k);
+      const Index node = m.facet[place];
       const double w = p.weight * tests[static_cast<std::size_t>(k)][0];
       sums.at(node, NodeSum::area) += w;
-      sums.at(node, NodeSum::gap) += w * p.gap;
       sums.at(node, NodeSum::gamma) += w * p.gamma;
       sums.at(node, NodeSum::touch) += w * e.touch;
       sums.template at<D>(node, NodeVector::normal) += w * p.normal;
       if constexpr (is_frictional<Law>)
-      {
         sums.at(node, NodeSum::coefficient) += w * e.history.coefficient[0];
-        sums.template at<D>(node, NodeVector::slip) += w * p.old.w;
-      }
+      double* const gap = tested ? tested->data() + place * (1 + D)
+                                 : &sums.at(node, NodeSum::gap);
+      *gap += w * p.gap;
+      if constexpr (is_frictional<Law>)
+        Eigen::Map<Vec<D>>(
+            tested ? gap + 1
+                   : sums.template at<D>(node, NodeVector::slip).data()) +=
+            w * p.old.w;
     }
   }
 };
@@ -145,11 +162,11 @@ private:
 template <int D>
 std::unique_ptr<Assembler>
 nodal_assembler_in(const ContactState& s,
-                   const std::shared_ptr<const FacetTractions>& tractions)
+                   const std::shared_ptr<const NodeFunctions>& functions)
 {
   return with_nodal_law(
       s,
-      [&tractions]<class Law>() -> std::unique_ptr<Assembler>
-      { return std::make_unique<NodalAssemblerOf<D, Law>>(tractions); });
+      [&functions]<class Law>() -> std::unique_ptr<Assembler>
+      { return std::make_unique<NodalAssemblerOf<D, Law>>(functions); });
 }
 } // namespace raymortar

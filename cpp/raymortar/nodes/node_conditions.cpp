@@ -33,9 +33,7 @@ template <int D, int M>
 struct NodeState : FrictionState<D, M>
 {
   double area;
-  double whole; ///< area around the node, covered or not
-  bool eliminated;
-  double unit;   ///< the row is A C over it  [theory (4.25), (4.31)]
+  double whole;  ///< area around the node, covered or not
   double length; ///< of the sum of normals
   NodeTie<D> tie;
   Mat<D, D> unfelt = Mat<D, D>::Zero(); ///< part of the multiplier
@@ -53,9 +51,6 @@ struct NodeState : FrictionState<D, M>
     // row of an open node is then continuous where its cover ends
     whole = sums.at(node, NodeSum::whole);
     this->gamma = sums.at(node, NodeSum::gamma) / whole;
-    eliminated = s.eliminated;
-    unit =
-        eliminated ? sums.at(node, NodeSum::whole_gamma) / whole : this->gamma;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
     set_unfelt(s, node);
@@ -122,14 +117,13 @@ template <int D, int M, class Response>
 void set_derivatives(const NodeState<D, M>& at, const Response& r,
                      double coefficient, NodeCondition<D, M>& c)
 {
-  const double unit = at.unit;
   const Mat<D, D> turn =
       (Mat<D, D>::Identity() - at.n * at.n.transpose()) / at.length;
-  c.by_lam = at.area / unit * r.C_lam;
-  c.by_g = r.C_g / unit;
-  c.by_n = at.area / unit * r.C_n * turn;
-  Vec<M> by_size = at.g * r.C_g; // by the logarithm of gaps and slips
-  Vec<M> by_gamma = by_size;     // by that of gamma
+  c.by_lam = at.area / at.gamma * r.C_lam;
+  c.by_g = r.C_g / at.gamma;
+  c.by_n = at.area / at.gamma * r.C_n * turn;
+  Vec<M> by_size = at.g * r.C_g;   // by the logarithm of gaps and slips
+  Vec<M> by_gamma = by_size - r.C; // by that of gamma
   if constexpr (M == D)
   {
     c.by_n -= c.by_g * (at.tie.value.transpose() * turn);
@@ -139,18 +133,16 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_tie = -c.by_g;
   if constexpr (requires { r.C_w; })
   {
-    c.by_lam -= at.area / unit * r.C_spring * at.unfelt;
-    c.by_w = r.C_w / unit;
+    c.by_lam -= at.area / at.gamma * r.C_spring * at.unfelt;
+    c.by_w = r.C_w / at.gamma;
     c.by_tie += c.by_w;
-    c.by_coefficient = r.C_coefficient / unit;
+    c.by_coefficient = r.C_coefficient / at.gamma;
     by_gamma += r.C_w * at.w - r.C_rate;
     by_size += r.C_w * at.w + coefficient * r.C_coefficient;
   }
-  if (not at.eliminated)
-    by_gamma -= r.C;
-  c.by_gamma = at.area / (at.whole * at.gamma * unit) * by_gamma;
+  c.by_gamma = at.area / (at.whole * at.gamma * at.gamma) * by_gamma;
   c.by_area =
-      (r.C - by_size) / unit + c.by_tie * at.tie.by_area.template head<M>();
+      (r.C - by_size) / at.gamma + c.by_tie * at.tie.by_area.template head<M>();
 }
 } // namespace
 
@@ -172,7 +164,7 @@ node_condition(const ContactState& s, Index node)
   if (s.friction)
     c.slip = at.w - at.n.dot(at.w) * at.n;
   c.beyond = at.tie.beyond;
-  c.row = at.area / at.unit * r.C;
+  c.row = at.area / at.gamma * r.C;
   const bool has_field = not s.friction_coefficient.empty();
   const double coefficient =
       has_field ? s.node_sums->at(node, NodeSum::coefficient) / at.area : 0.0;

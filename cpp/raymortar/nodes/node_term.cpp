@@ -104,7 +104,7 @@ std::vector<FacetBlock> NodeTerm::rim_ties(const ContactState& s,
 
 std::vector<double> NodeTerm::own_sums(const ContactState& s) const
 {
-  NodeSums sums = _points.node_sums(s);
+  NodeSums sums = _points(s);
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
   const auto d = static_cast<std::size_t>(s.slave.gdim);
@@ -140,10 +140,9 @@ void NodeTerm::put_sums(std::span<const double> sums, ContactState& s) const
   s.node_sums = std::make_shared<NodeSums>(sums, s.slave.gdim);
 }
 
-std::optional<std::vector<double>>
-NodeTerm::accepted_springs(const ContactState& s) const
+std::optional<Springs> NodeTerm::accepted_springs(const ContactState& s) const
 {
-  return accepted_ties(s);
+  return Springs{accepted_ties(s), {}};
 }
 
 Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const
@@ -238,17 +237,18 @@ void NodeTerms::prepare(ContactState& s) const
 std::vector<std::unique_ptr<Term>> NodeTerms::make(const ContactState& s,
                                                    bool moves) const
 {
+  Law law = make_law(s, moves);
   std::vector<std::unique_ptr<Term>> terms;
-  terms.push_back(make_law(s, moves));
-  const auto& points =
-      dynamic_cast<const NodalAssembler&>(*terms.front()->assembler());
-  terms.push_back(std::make_unique<NodeTerm>(s, points));
+  terms.push_back(std::move(law.term));
+  terms.push_back(std::make_unique<NodeTerm>(s, std::move(law.sums)));
   return terms;
 }
 
-std::unique_ptr<Term> NodeTerms::make_law(const ContactState& s,
-                                          bool moves) const
+NodeTerms::Law NodeTerms::make_law(const ContactState& s, bool moves) const
 {
-  return std::make_unique<MortarTerm>(make_nodal_assembler(s), moves);
+  auto term = std::make_unique<MortarTerm>(make_nodal_assembler(s), moves);
+  const auto& points = dynamic_cast<const NodalAssembler&>(*term->assembler());
+  return {std::move(term), [&points](const ContactState& now)
+          { return points.node_sums(now, nullptr); }};
 }
 } // namespace raymortar

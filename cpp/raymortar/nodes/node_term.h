@@ -4,9 +4,13 @@
 #include "raymortar/interface/cover_term.h"
 #include "raymortar/interface/damping_term.h"
 #include "raymortar/nodes/nodal_assembler.h"
+#include <functional>
 
 namespace raymortar
 {
+/// Gives what points give to the nodes
+using PointSums = std::function<NodeSums(const ContactState&)>;
+
 /// @brief Rows of nodes whose law holds there  [theory (4.23)-(4.26)]. Elements
 /// give the derivatives by displacements.
 ///
@@ -15,9 +19,8 @@ namespace raymortar
 class NodeTerm final : public Term
 {
 public:
-  /// @param[in] points Kernel of the law, which outlives the term
-  NodeTerm(const ContactState& s, const NodalAssembler& points)
-      : _points(points), _cover(s)
+  NodeTerm(const ContactState& s, PointSums points)
+      : _points(std::move(points)), _cover(s)
   {
   }
 
@@ -33,7 +36,7 @@ public:
   [[nodiscard]] std::vector<double>
   own_sums(const ContactState& s) const override;
   void put_sums(std::span<const double> sums, ContactState& s) const override;
-  [[nodiscard]] std::optional<std::vector<double>>
+  [[nodiscard]] std::optional<Springs>
   accepted_springs(const ContactState& s) const override;
 
   void begin_step(const StepStart& start) override
@@ -52,7 +55,7 @@ private:
   void add_shares(const ContactState& s, RimSide side,
                   const std::vector<double>& by_tie, MatrixSink& sink) const;
 
-  const NodalAssembler& _points;
+  PointSums _points;
   DampingTerm _damping;
   CoverTerm _cover;
 };
@@ -67,7 +70,11 @@ public:
 
 protected:
   /// The law's integrals: the first of the terms
-  [[nodiscard]] virtual std::unique_ptr<Term> make_law(const ContactState& s,
-                                                       bool moves) const;
+  struct Law
+  {
+    std::unique_ptr<Term> term;
+    PointSums sums;
+  };
+  [[nodiscard]] virtual Law make_law(const ContactState& s, bool moves) const;
 };
 } // namespace raymortar

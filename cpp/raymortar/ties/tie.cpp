@@ -305,7 +305,8 @@ PointResults Kernel<D>::results(const ContactState& s) const
                  .gamma = numbers,
                  .slip = vectors,
                  .closing = numbers,
-                 .friction = vectors};
+                 .friction = vectors,
+                 .dissipated = numbers};
   for (std::size_t q = 0; q < n; ++q)
   {
     const Frame<D> f = frame_at<TaylorFacet<D>>(

@@ -17,6 +17,7 @@ from ..contact import Contact
 from ..convergence.convergence import cycle_length
 from ..discretization.ranks import sums_at
 from ..errors import ContactError, ConvergenceError, SetUpError, format_point
+from ..finding import placed
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.point_results import CLOSED
 from ..interface.probing import VolumePattern
@@ -96,7 +97,8 @@ def describe(problem: CoupledProblem) -> str:
     seen = problem.history, contact.statistics, free, problem.convergence.describe()
     corners = [corner_between(one, pressed=1) for one in contact.contacts]
     shared = [
-        f"{corner}, with one multiplier for both faces: give each a Contact of its own"
+        f"{corner[0]} share a corner at {format_point(corner[1])}, with one multiplier for "
+        "both faces: give each a Contact of its own"
         for corner in corners
         if corner is not None
     ]
@@ -225,9 +227,9 @@ def automatic_gamma(problem: CoupledProblem, contact: Contact) -> float | None:
 def compared(contact: Contact, now: float) -> str:
     """A sentence on the coefficient in use beside the automatic one, `now`."""
     return (
-        f"gamma = {contact.assembly.gamma_scale:.3g} is {contact.assembly.gamma_scale / now:.3g} times the "
-        f"automatic gamma of the form's present stiffness, {now:.3g}: "
-        f"contact.set_gamma({now:.3g})"
+        f"gamma = {contact.assembly.gamma_scale:.3g} is "
+        f"{contact.assembly.gamma_scale / now:.3g} times the automatic gamma of the "
+        f"present stiffness: contact.set_gamma({now:.3g})"
     )
 
 
@@ -277,8 +279,8 @@ def swaps(
 WORTH = 0.05
 
 
-def corner_between(one: Contact, pressed: int) -> str | None:
-    """Tell of a corner between slave surfaces of which one or two press there.
+def corner_between(one: Contact, pressed: int) -> tuple[str, tuple[float, ...]] | None:
+    """Name a corner between slave surfaces of which one or two press there.
     Collective."""
     zones = one.zones
     if one.multiplier is None or one.tied is not None or len(zones) == 1:
@@ -298,7 +300,7 @@ def corner_between(one: Contact, pressed: int) -> str | None:
     place = found[0][0]
     faces = np.any([meets for x, meets in found if x == place], axis=0)
     named = " and ".join(zone.facets.spoken for zone, on in zip(zones, faces) if on)
-    return f"{named} share a corner at {format_point(place, [x for x, _ in found])}"
+    return named, placed(place, [x for x, _ in found])
 
 
 def _forces(zone: ZoneData, W: FunctionSpace) -> Array:

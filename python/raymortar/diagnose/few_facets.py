@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 from mpi4py import MPI
 
 import numpy as np
 
 from ..compat import Array, Indices
-from ..discretization.surfaces import bodies_of_facets
-from ..errors import format_point
+from ..discretization.surfaces import Bodies, bodies_of_facets
+from ..finding import Finding, placed
 from ..interface.point_results import CLOSED, OPEN
 from ..interface.stiffness import rounding_force
 from ..interface.zone_data import ZoneData
@@ -18,6 +21,8 @@ from .narrow import forces_on_facets, undeformed_middles
 # Work of the law's residuals, over that of the bodies, from which on forces change with
 # gamma by some percent (docs/measured/few_facets)
 SHARE = 0.02
+# Work from which on they change by 10 % and more
+WRONG = 0.1
 
 
 class FewFacets:
@@ -46,33 +51,38 @@ class FewFacets:
         self.force, self._left, self._pressed, self._facets = found
         self._gamma = stiffness / area if area > 0.0 else 0.0
 
-    def told(self, problem: CoupledProblem) -> str | None:
-        """Word the warning; None where forces hardly depend on gamma. Collective.
+    def told(
+        self, problem: CoupledProblem, pair: str, about: tuple[Any, ...]
+    ) -> Iterator[Finding]:
+        """Find that forces depend on gamma. Collective.
 
         The forms are assembled only if the residuals are large beside the pressure on
         the facets themselves, which do a part of the bodies' work.
         """
         if self._left <= SHARE * self._pressed:
-            return None
+            return
         if self.force <= rounding_force(self._zone, self._gamma):
-            return None
+            return
         work = _work_of_bodies(problem, self._zone)
         if not self._left > SHARE * work > 0.0:
-            return None
-        middles, most = undeformed_middles(self._zone), (0.0, "")
+            return
+        middles = undeformed_middles(self._zone)
+        most: tuple[float, tuple[float, ...]] = (0.0, ())
         if self._carried.any():
             k = int(np.argmax(self._carried))
-            most = float(self._carried[k]), format_point(middles[k], middles)
+            most = float(self._carried[k]), placed(middles[k], middles)
         place = max(self._zone.comm.allgather(most))[1]
-        count = int(self._facets)
+        count, share = int(self._facets), self._left / work
         carry = "1 facet carries" if count == 1 else f"{count} facets carry"
-        return (
-            f"{carry} the contact of {self._zone.facets.spoken}, most at the undeformed "
-            f"{place}: gaps and tractions that the law leaves at points do "
-            f"{self._left / work:.2g} of the work of the bodies, and so forces and "
-            "tractions depend on gamma, by a few to many percent. Make facets there "
-            "smaller, until at least 4 lie across each place that carries. The law at "
-            "nodes leaves gamma out, but errs by more"
+        yield Finding(
+            pair,
+            place,
+            f"{carry} the contact, and forces depend on gamma (indicator {share:.2g})",
+            "Make facets there smaller, until at least 4 lie across",
+            share,
+            is_wrong=share > WRONG,
+            about=about,
+            force=self.force,
         )
 
 
@@ -99,13 +109,37 @@ def _work_of_bodies(problem: CoupledProblem, zone: ZoneData) -> float:
             rest[unknowns.u_local] = 0.0
             unknowns.set_values(rest)
             forces = forces - problem.forces_of_bodies()[unknowns.u_owned]
-    sides = zone.facets.slave_surface, zone.facets.master_surface
-    touch = np.zeros(bodies.count)
-    touch[np.concatenate([bodies_of_facets(bodies, side) for side in sides])] = 1.0
+    touch = _touching(zone, bodies)
     work = np.bincount(body, (forces.reshape(-1, d) * u).sum(axis=1), bodies.count)
     touches, works = problem.comm.allreduce(np.array([touch, work]))
     # Parts of a body that have turned by themselves may do less than none
     return abs(float(works[touches > 0.0].sum()))
+
+
+def approach(problem: CoupledProblem, zone: ZoneData) -> float:
+    """Sum the largest displacements of the bodies on both sides, less their mean motions.
+    Length. Collective."""
+    unknowns, surfaces = problem.contact.unknowns, problem.contact.parts[0].surfaces
+    bodies, V = surfaces.bodies, surfaces.u.function_space
+    u = unknowns.owned_values()[unknowns.u_owned].reshape(-1, V.dofmap.index_map_bs)
+    body, X = (
+        bodies.dofs[: len(u)],
+        V.tabulate_dof_coordinates()[: len(u), : u.shape[1]],
+    )
+    u = _at_rest(problem.comm, X, u, (body, bodies.count), surfaces.axisymmetric)
+    most = np.zeros((2, bodies.count))
+    np.maximum.at(most[0], body, np.linalg.norm(u, axis=1))
+    most[1] = _touching(zone, bodies)
+    problem.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+    return float((most[0] * most[1]).sum())
+
+
+def _touching(zone: ZoneData, bodies: Bodies) -> Array:
+    """Mark the bodies of a surface's two sides on this rank, (bodies,)."""
+    touch = np.zeros(bodies.count)
+    sides = zone.facets.slave_surface, zone.facets.master_surface
+    touch[np.concatenate([bodies_of_facets(bodies, side) for side in sides])] = 1.0
+    return touch
 
 
 def _at_rest(

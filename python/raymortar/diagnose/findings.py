@@ -3,34 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 
 from ..compat import Array, Mask
 from ..contact import Contact
-from ..errors import format_point
+from ..finding import Finding, placed
 from ..interaction import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, Status
 from ..interface.slave_nodes import are_inside_flats
-from ..interface.stiffness import (
-    NO_PRESSURE,
-    mean_facet_size,
-    rounding_force,
-    stiffness_ratios,
-)
-from ..interface.zone_data import ZoneData
+from ..interface.stiffness import NO_PRESSURE, rounding_force, stiffness_ratios
+from ..interface.straight_facets import ALLOWED, CURVED
+from ..interface.zone_data import ZoneData, mean_facet_size
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body
 from .failure import automatic_gamma, compared, corner_between
-from .few_facets import FewFacets
+from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
-from .narrow import jump
+from .narrow import forces_on_facets, jump
 from .rigid_slaves import distance_ratio
+from .sliding import sliding_bodies
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -38,107 +32,123 @@ DEEP = 0.25
 # Depth allowed to a penalty whose coefficient is below the automatic one by a factor:
 # less would not make it much less deep
 SOFT, SOFTER = 0.1, 2.0
-UNRESOLVED = (
-    ": the facets do not resolve what touches there (a face beside a sharp corner, a "
-    "step): refine it, or leave it out of the slave's tag"
-)
-SHARED = (
-    ": one multiplier is not the traction on two faces, and forces are off by up to a few "
-    "percent. Give each slave surface a Contact of its own"
-)
-TOO_FAR = (
-    ": no material can be pressed so far, but linear elasticity does not resist it. Is a "
-    "motion in another unit than the mesh? A law for large strains, as neo-Hookean, and "
-    "smaller steps show how far it can go"
-)
+REFINE = "Refine the facets there, or leave a face beside a sharp corner out of the slave's tag"
 # Tension of a node, of the largest pressure
 TENSION = 0.05
 # The other order of sides lessens it where the slave's nodes are closer than its master's
 # by this factor, and its modulus is more than this part of the master's
 FINER, NOT_SOFTER = 1.2, 0.7
-# Degrees by which a force may be turned without a word
-TILT = 2.0
-# Radians that a body may turn in a step without a word: 2.7 % of the slip around it
-TURN = 0.2
+# Degrees by which a force may be turned without a word, and from which on its part along
+# the surface is off by 10 % of the force
+TILT, TILTED = 2.0, 5.74
+# Parts of the slip around a body that may be missing without a word and without a warning,
+# and the terms of the arc's series in theory (2.17)
+SHORT, TOO_SHORT, ARC_TERMS = 0.027, 0.1, 8
 # Force of a pair that is not worth a word, of the largest pair's
 SMALL_FORCE = 0.01
 
+# A size with what `Finding` says of it: pair, place and text
+Worst = tuple[float, str, tuple[float, ...], str]
+NOTHING: Worst = (0.0, "", (), "")
 
-@dataclass(frozen=True)
-class Finding:
-    """A doubt about a state, the same on all ranks.
 
-    `about` is the same for the same doubt about another state, and `size` says how bad
-    it is. `text` names pair or body, place and value. `remedy` gives the end of the text,
-    once it is to be warned of, or None if there is no doubt. A doubt with a `force`
-    counts where this is the largest of a path, and is warned of at its end: bodies that
-    begin to touch do so with one facet. Collective.
+def all_of_them(about: object, force: float) -> bool:
+    """Look at findings of every force."""
+    return True
+
+
+def findings(
+    problem: CoupledProblem, counts: Callable[[object, float], bool] = all_of_them
+) -> Iterator[Finding]:
+    """Yield all doubts about a converged state. Collective.
+
+    Doubts about contact of few facets, which take time, are looked at where `counts`
+    says that their force does.
     """
-
-    about: tuple[Any, ...]
-    size: float
-    text: str
-    remedy: Callable[[], str | None] = str
-    force: float | None = None
-
-
-def findings(problem: CoupledProblem) -> Iterator[Finding]:
-    """Yield all doubts about a converged state. Collective."""
     contact = problem.contact
-    cells, place = inverted_cells(contact)
-    if cells:
-        text = (
-            f"converged with {cells} cell(s) turned inside out, the worst around the "
-        )
-        yield Finding(("inverted",), cells, f"{text}undeformed {place}{TOO_FAR}")
-    depth, text = _worst(contact, map(_unseen, contact.zones))
+    yield from inverted_cells(contact)
+    names = pair_names(contact)
+    depth, pair, place, text = _worst(
+        contact, (_unseen(z, names[id(z)]) for z in contact.zones)
+    )
     if depth > 0.0:
-        yield Finding(("unseen",), depth, text)
-    share, text = _worst(contact, map(_pressed, _zones(contact)))
+        remedy = "Take smaller steps, or a larger depth in Search"
+        yield Finding(pair, place, text, remedy, depth, about=("unseen",))
+    share, pair, place, text = _worst(
+        contact, (_pressed(z, names[id(z)]) for z in _zones(contact))
+    )
     if share > DEEP:
-        yield Finding(("deep",), share, text, lambda: UNRESOLVED)
+        yield Finding(pair, place, text, REFINE, share, about=("deep",))
     for k, one in enumerate(contact.contacts):
         if one.tied is not None:
             continue
         if isinstance(one.method, Penalty):
-            share, text = _worst(contact, map(_pressed, one.zones))
-            if share > SOFT:
-                yield Finding(("soft", k), share, text, partial(_stiffer, problem, one))
-        corner = corner_between(one, pressed=2)
-        if corner is not None:
-            yield Finding(("corner", k), 1.0, f"{corner}, and both press there{SHARED}")
+            share, pair, place, text = _worst(
+                contact, (_pressed(z, names[id(z)]) for z in one.zones)
+            )
+            stiffer = _stiffer(problem, one) if share > SOFT else None
+            if stiffer is not None:
+                yield Finding(pair, place, text, stiffer, share, about=("soft", k))
+        yield from _corner(one, k)
         for number, zone in enumerate(one.zones):
             points, scalar = zone.points(), contact.parts[k].surfaces.scalar
             at_points = one.multiplier is not None and not zone.has_law_at_nodes
-            angle, text = jump(zone, points, scalar, at_points)
+            angle, place, text, remedy = jump(zone, points, scalar)
             if angle > 0.0:
-                yield Finding(("jump", id(zone)), angle, text)
+                pair, about = names[id(zone)], ("jump", id(zone))
+                yield Finding(pair, place, text, remedy, angle, about=about)
+            yield from _straight(problem, zone, points, names[id(zone)], counts)
             if one.multiplier is None:
                 continue
-            few = None
-            if at_points and not zone.depends_on_gamma:
-                few = FewFacets(zone, points)
-                told = partial(few.told, problem)
-                yield Finding(("few", id(zone)), 0.0, "", told, few.force)
-            if one.friction is None and not zone.is_pulled:
-                yield from _tension(problem, one, number, few)
-    yield from _tilts(contact)
-    yield from _turns(contact)
+            if at_points:
+                few, about = FewFacets(zone, points), ("few", id(zone))
+                if counts(about, few.force):
+                    yield from few.told(problem, names[id(zone)], about)
+            if one.friction is None:
+                yield from _tension(problem, one, number, names[id(zone)])
+    yield from _tilts(contact, names)
+    yield from _turns(contact, names)
+    yield from sliding_bodies(problem)
+
+
+def pair_names(contact: Interaction) -> dict[int, str]:
+    """Names of the pairs of each slave surface, by the identity of its zone."""
+    return {
+        id(zone): ", ".join(str(pair) for pair in one.pairs if pair.surface == number)
+        for one in contact.contacts
+        for number, zone in enumerate(one.zones)
+    }
 
 
 def deepest_on_tools(contact: Interaction) -> tuple[float, str]:
     """Find the deepest pressed point of slaves with multipliers on rigid tools, over its
-    facet's size. Collective."""
-    on_tools = (zone for zone in _zones(contact) if zone.facets.bodies)
-    return _worst(contact, map(_pressed, on_tools))
+    facet's size, and a sentence on it. Collective."""
+    on_tools = [zone for zone in _zones(contact) if zone.facets.bodies]
+    names = pair_names(contact) if on_tools else {}
+    share, pair, place, text = _worst(
+        contact, (_pressed(z, names[id(z)]) for z in on_tools)
+    )
+    return share, str(Finding(pair, place, text, REFINE, share))
 
 
-def _worst(
-    contact: Interaction, found: Iterable[tuple[float, str]]
-) -> tuple[float, str]:
-    """The largest number over zones and ranks, and its sentence. Collective."""
-    mine = max(found, default=(0.0, ""))
-    return max(contact.layout.comm.allgather(mine))
+def _worst(contact: Interaction, found: Iterable[Worst]) -> Worst:
+    """The largest over zones and ranks. Collective."""
+    return max(contact.layout.comm.allgather(max(found, default=NOTHING)))
+
+
+def _corner(one: Contact, k: int) -> Iterator[Finding]:
+    """Find a corner between slave surfaces that both press there. Collective."""
+    corner = corner_between(one, pressed=2)
+    if corner is not None:
+        yield Finding(
+            *corner,
+            "both press at their corner, where one multiplier is not the traction on two "
+            "faces: forces are off by a few percent",
+            "Give each slave surface a Contact of its own",
+            1.0,
+            is_wrong=False,
+            about=("corner", k),
+        )
 
 
 def _zones(contact: Interaction) -> list[ZoneData]:
@@ -149,64 +159,62 @@ def _zones(contact: Interaction) -> list[ZoneData]:
     return [zone for one in contacts for zone in one.zones]
 
 
-def _depth(zone: ZoneData, points: dict[str, Array], q: int, share: str = "") -> str:
-    """Say how deep a point is in the master, and where."""
-    return (
-        f"converged with a point of {zone.facets.spoken} "
-        f"{-points['gap'][q]:.3e} deep in the master, {share}at "
-        f"{format_point(points['x'][q], points['x'])}"
-    )
-
-
-def _pressed(zone: ZoneData) -> tuple[float, str]:
+def _pressed(zone: ZoneData, pair: str) -> Worst:
     """Find the largest penetration of a pressed point over its facet's size."""
     points, surface = zone.seen_points(), zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] > 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
-        return 0.0, ""
+        return NOTHING
     nodes = surface.X[surface.facet_nodes[points["slave"][pressed]]]
     share = -points["gap"][pressed] / np.linalg.norm(np.ptp(nodes, axis=1), axis=1)
     k = int(np.argmax(share))
-    text = _depth(zone, points, pressed[k], f"{share[k]:.2g} of its facet, ")
-    return float(share[k]), text
+    place, text = _depth(zone, points, pressed[k])
+    return float(share[k]), pair, place, f"{text}, {share[k]:.2g} of its facet"
 
 
-def _unseen(zone: ZoneData) -> tuple[float, str]:
+def _unseen(zone: ZoneData, pair: str) -> Worst:
     """Find the depth of the deepest point that is too deep for contact."""
     penetrating, points = zone.cpp.penetrating_points(), zone.points()
     if not len(penetrating):
-        return 0.0, ""
+        return NOTHING
     q = penetrating[np.argmin(points["gap"][penetrating])]
-    remedy = "where it is not seen: take smaller steps, or a larger depth in Search"
-    return float(-points["gap"][q]), f"{_depth(zone, points, q)}, {remedy}"
+    place, text = _depth(zone, points, q)
+    return float(-points["gap"][q]), pair, place, f"{text}, where contact is not seen"
+
+
+def _depth(
+    zone: ZoneData, points: dict[str, Array], q: int
+) -> tuple[tuple[float, ...], str]:
+    """Say where a point is, and how deep in the master."""
+    text = f"a point is {-points['gap'][q]:.3e} deep in the master"
+    return placed(points["x"][q], points["x"]), text
 
 
 def _stiffer(problem: CoupledProblem, one: Contact) -> str | None:
     """Propose the automatic coefficient of a penalty that is softer. Collective."""
     now = automatic_gamma(problem, one)
     is_soft = now is not None and SOFTER * one.assembly.gamma_scale < now
-    return f": {compared(one, now)}" if now is not None and is_soft else None
+    return compared(one, now) if now is not None and is_soft else None
 
 
 def _tension(
-    problem: CoupledProblem, contact: Contact, number: int, few: FewFacets | None
+    problem: CoupledProblem, contact: Contact, number: int, pair: str
 ) -> Iterator[Finding]:
-    """Compare the largest tension of a surface's nodes with its pressure. Collective.
-
-    Forces are not said to be right where few facets make them depend on gamma.
-    """
+    """Compare the largest tension of a surface's nodes with its pressure: the multiplier
+    swings about zero beside contact that few facets carry. Collective."""
     zone = contact.zones[number]
     comm, nodes = contact.layout.comm, zone.multiplier_nodes
     assert contact.multiplier is not None
     normal = contact.multiplier.x.array
     if contact.assembly.layout.components > 1:
         normal = -contact.pressure().x.array
-    own, mine = normal[nodes], (0.0, "")
+    own = normal[nodes]
+    mine: tuple[float, tuple[float, ...]] = (0.0, ())
     if own.max(initial=0.0) > 0.0:
         k = int(np.argmax(own))
         X = contact.surfaces.scalar.tabulate_dof_coordinates()
         X = X[nodes, : zone.facets.slave_surface.gdim]
-        mine = float(own[k]), format_point(X[k], X)
+        mine = float(own[k]), placed(X[k], X)
     tension, place = max(comm.allgather(mine))
     pressure = max(comm.allgather(-own.min(initial=0.0)))
     if tension <= TENSION * pressure:
@@ -214,18 +222,17 @@ def _tension(
     modulus = contact.assembly.gamma_scale * mean_facet_size([zone])
     if pressure <= NO_PRESSURE * modulus:
         return
-    zone.is_pulled = True
-    depends = few is not None and few.told(problem) is not None
-    depends = depends or zone.depends_on_gamma
-    forces = "" if depends else ". Forces are right to the square of the facets' size"
-    pairs = [str(pair) for pair in contact.pairs if pair.surface == number]
+    if not zone.against_tension:
+        zone.against_tension = _against_tension(problem, contact, number)
     yield Finding(
-        ("tension", id(zone)),
+        pair,
+        place,
+        f"tension of {tension / pressure:.2g} of the largest pressure, as the multiplier "
+        "swings about zero beside contact that few facets carry",
+        zone.against_tension,
         tension / pressure,
-        f"converged with tension of {tension / pressure:.2g} of the largest pressure "
-        f"between {', '.join(pairs)}, at the undeformed {place}: the multiplier swings "
-        f"about zero beside contact that few facets carry{forces}; ",
-        partial(_against_tension, problem, contact, number),
+        is_wrong=False,
+        about=("tension", id(zone)),
     )
 
 
@@ -234,7 +241,7 @@ def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> 
     and not the softer. Collective."""
     surfaces, volume = contact.assembly.surfaces, contact.assembly.volume
     zone = contact.zones[number]
-    refined = "refine the slave there if tractions count"
+    refined = "Refine the slave there if tractions count"
     if zone.facets.bodies or volume is None:
         return refined
     closer = distance_ratio(zone, surfaces)
@@ -242,13 +249,39 @@ def _against_tension(problem: CoupledProblem, contact: Contact, number: int) -> 
     if closer < FINER or stiffer < NOT_SOFTER:
         return refined
     own = in_other_order(pair for pair in contact.pairs if pair.surface == number)
-    return (
-        f"{own} lessens that, as the slave has nodes {closer:.2g} times as close as its "
-        f"master's, and is {stiffer:.2g} times as stiff"
+    return f"{own} lessens that, as the slave is finer than its master and not softer"
+
+
+def _straight(
+    problem: CoupledProblem,
+    zone: ZoneData,
+    points: dict[str, Array],
+    pair: str,
+    counts: Callable[[object, float], bool],
+) -> Iterator[Finding]:
+    """Compare how far straight facets lie off curved surfaces with how far bodies are
+    pressed. Collective."""
+    if not zone.off_curve:
+        return
+    mine, about = forces_on_facets(zone, points).sum(), ("straight", id(zone))
+    force = float(zone.comm.allreduce(mine))
+    if force <= 0.0 or not counts(about, force):
+        return
+    size = approach(problem, zone)
+    yield Finding(
+        pair,
+        (),
+        f"straight facets lie {zone.off_curve:.3e} off the curved surfaces, and bodies are "
+        f"pressed by {size:.3e}",
+        CURVED,
+        zone.off_curve / size if size > 0.0 else np.inf,
+        is_wrong=zone.off_curve > ALLOWED * size,
+        about=about,
+        force=force,
     )
 
 
-def _tilts(contact: Interaction) -> Iterator[Finding]:
+def _tilts(contact: Interaction, names: dict[int, str]) -> Iterator[Finding]:
     """Find pairs whose slave facets are tilted against the master, and turn the force,
     where the slave's normal is that of the law [theory (2.14)]. Collective.
 
@@ -265,20 +298,18 @@ def _tilts(contact: Interaction) -> Iterator[Finding]:
             if force[k] <= rounding_force(zone, part.gamma_scale):
                 continue
             master = zone.facets.master_tags[k]
-            is_tool = isinstance(master, Body)
-            name = master.name if is_tool else zone.facets.spoken_masters[k]
             # Tools have no facets to be a slave by
-            swap = "" if is_tool else "make that side the slave, "
-            remedy = (
-                "give Contact(frame='master') where the master is flat or smooth, "
-                f"{swap}or round the slave's corner if one presses there"
-            )
+            swap = "" if isinstance(master, Body) else ", or swap sides"
+            remedy = f"Give frame='master' on smooth masters{swap}"
             yield Finding(
-                ("tilt", number, k),
-                1.0,
-                f"the facets of {zone.facets.spoken} that press on {name} "
-                f"are tilted against it by {angle[k]:.2g} degrees in the mean, and the "
-                f"force is turned by as much: {remedy}",
+                names[id(zone)],
+                (),
+                "slave facets on the master are tilted against it by "
+                f"{angle[k]:.2g} degrees, and turn the force so",
+                remedy,
+                float(angle[k]),
+                is_wrong=bool(angle[k] > TILTED),
+                about=("tilt", number, k),
             )
 
 
@@ -303,9 +334,9 @@ def _tilt(zone: ZoneData, is_flat: Mask) -> tuple[Array, Array]:
     return size[:, 0], np.rad2deg(np.arcsin(np.minimum(sine, 1.0)))
 
 
-def _turns(contact: Interaction) -> Iterator[Finding]:
+def _turns(contact: Interaction, names: dict[int, str]) -> Iterator[Finding]:
     """Find rigid bodies that turn by much in this step about an axis along the surface
-    that slides on them: slip is projected there and back [theory (2.9)]. Collective."""
+    that slides on them: the series of the arc ends [theory (2.17)]. Collective."""
     for number, zone in enumerate(contact.zones):
         points = zone.points()
         slips = points["status"] == Status.SLIP
@@ -318,13 +349,25 @@ def _turns(contact: Interaction) -> Iterator[Finding]:
             sums = np.array([force[mine] @ across, force[mine].sum()])
             work, size = contact.layout.comm.allreduce(sums)
             angle = work / size if size > 0.0 else 0.0
-            if angle > TURN:
-                short = 1.0 - np.sin(2.0 * angle) / (2.0 * angle)
+            short = _missing_arc(angle)
+            if short > SHORT:
                 yield Finding(
-                    ("turn", number, k),
-                    angle,
-                    f"the rigid {body.name} turns by {angle:.2g} rad in this step below "
-                    f"{zone.facets.spoken}, which slides around it: slip "
-                    f"and the work of friction are about {short:.0%} too small, where "
-                    "tractions are right. Take steps of 0.1 rad",
+                    names[id(zone)],
+                    (),
+                    f"{body.name} turns by {angle:.2g} rad in this step, so that slip and "
+                    f"the work of friction are {short:.0%} too small",
+                    "Take steps of 0.5 rad",
+                    float(angle),
+                    is_wrong=bool(short > TOO_SHORT),
+                    about=("turn", number, k),
                 )
+
+
+def _missing_arc(angle: float) -> float:
+    """Share by which a slip around a bend of an angle is too small."""
+    sine = np.sin(min(angle, 0.5 * np.pi))
+    factors = np.cumprod([n / (n + 1.0) for n in range(2, 2 + 2 * ARC_TERMS, 2)])
+    chord = np.sin(2.0 * angle) / (2.0 * angle) if angle > 0.0 else 1.0
+    return float(
+        1.0 - chord * (1.0 + factors @ sine ** (2.0 * np.arange(1, ARC_TERMS + 1)))
+    )

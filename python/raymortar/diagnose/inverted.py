@@ -14,6 +14,7 @@ from ..compat import Array
 from ..discretization.facets import coordinates, match_points
 from ..discretization.joined import parts_of, places_of
 from ..errors import format_point
+from ..finding import Finding, placed
 from ..interaction import Interaction
 
 # Ratio of the Jacobians below which a cell is inside out: at sharp corners linear
@@ -21,23 +22,33 @@ from ..interaction import Interaction
 TURNED = -0.2
 
 
-def inverted_cells(contact: Interaction) -> tuple[int, str]:
-    """Count the cells that are inside out, and say where the worst one is. Collective.
+def inverted_cells(contact: Interaction) -> Iterator[Finding]:
+    """Find cells that are inside out, with the place of the worst one. Collective.
 
     A cell counts where the Jacobian of its vertices' positions in its middle has another
     sign than before any motion, and is not small. Laws for large strains resist that
     without limit, and linear elasticity does not.
     """
     comm, count = contact.layout.comm, 0
-    worst: tuple[float, str] = (0.0, "")
+    worst: tuple[float, tuple[float, ...]] = (0.0, ())
     for x, before, now in _jacobians(contact, False):
         ratio = np.linalg.det(now[:, 0]) / np.linalg.det(before[:, 0])
         count += int(np.count_nonzero(ratio < TURNED))
         if ratio.min(initial=0.0) < TURNED:
             most = int(ratio.argmin())
-            worst = min(worst, (float(ratio[most]), _middle(x[most])))
+            place = placed(x[most].mean(axis=0), x[most])
+            worst = min(worst, (float(ratio[most]), place))
     count = comm.allreduce(count, op=MPI.SUM)
-    return count, min(comm.allgather(worst))[1] if count else ""
+    if count:
+        yield Finding(
+            "the bodies",
+            min(comm.allgather(worst))[1],
+            f"{count} cell(s) are turned inside out, which linear elasticity does not "
+            "resist",
+            "Check the unit of motions, or take a law for large strains",
+            count,
+            about=("inverted",),
+        )
 
 
 def most_compressed(contact: Interaction) -> tuple[float, str]:

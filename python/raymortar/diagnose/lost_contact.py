@@ -104,15 +104,12 @@ def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
     if count:
         return (
             f"{count} facets of {zone.facets.spoken} are on the wrong side "
-            f"of a rigid body ({names}): it has passed through them, or its solid is not "
-            "where it should be (the way of its normal or axis, hollow)"
+            f"of a rigid body ({names}), perhaps by normal, axis or hollow"
         )
     if have_gone_through(zone, contact):
         return (
             f"a rigid body ({names}) has gone through {zone.facets.spoken}, "
-            "or half through it: the slave's facets are too coarse for it or cannot give "
-            "way any more, or its motion in this step is larger than the slave, or in "
-            "another unit than the mesh"
+            "or half: its facets are too coarse, or a unit is wrong"
         )
     return ""
 
@@ -127,6 +124,18 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     dim = problem.contact.u.function_space.dofmap.index_map_bs
     translations = np.tile(np.eye(dim), len(held) // dim)
     return _sentences(problem, _grip(problem, translations, held), _moved)
+
+
+def free_axes(problem: CoupledProblem) -> Mask:
+    """Whether neither conditions nor springs hold a body along each axis, (d, bodies).
+    Collective."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
+    grip = _grip(problem, translations, problem.constrained)
+    axes = np.array([_free_motions(one, dim)[0] for one in np.moveaxis(grip, 2, 0)])
+    if not axes.any():
+        return np.asarray(axes.T)
+    return np.asarray(axes.T & ~_springs(problem))
 
 
 def far_on_springs(problem: CoupledProblem) -> list[str]:

@@ -20,7 +20,7 @@ from ..interaction import Interaction
 from ..interface.point_results import OPEN
 from ..interface.zone_data import ZoneData, positions, unit_normals
 from ..problem import CoupledProblem
-from ..rigid.body import Body
+from ..target import Target
 from ..rigid.turning import rotation_matrix
 from .tools import AROUND, cast
 
@@ -42,7 +42,7 @@ AT_REST = 1e-9
 # Cosine between normals of slave and master above which they do not face each other
 FACING = -0.1
 # Times that a message is about
-ON_PATH, SO_FAR = "on the whole path", "so far"
+ON_PATH, SO_FAR = "on this path", "so far"
 # Most of the equally near nodes whose ways are looked at; relative error of a place
 WAYS, ROUNDING = 50, 1e-9
 
@@ -271,18 +271,17 @@ def _box(zone: ZoneData) -> Array:
 def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
     """Tell where a slave is that has met none of its masters."""
     masters = " or ".join(zone.facets.spoken_masters)
-    behind, other = "", "a place, a size or a motion in another unit than the mesh"
+    side, other = "away", "a length in another unit"
     if found.is_behind:
-        behind = "behind it, "
-        other = "has a step gone through the master"
+        side, other = "behind", "has a step gone through"
     return (
         f"{zone.facets.spoken} has met no facet of {masters} {when}: it ends "
-        f"{behind}{found.distance:.2g} away, at {format_point(found.place)}. Is a tag of "
-        f"the pair that of another face, or {other}?"
+        f"{found.distance:.2g} {side}, at {format_point(found.place)}. Is a tag that of "
+        f"another face, or {other}?"
     )
 
 
-def _distance(body: Body, middle: Array) -> float:
+def _distance(body: Target, middle: Array) -> float:
     """Estimate the distance of a body from a point: along some directions, or of its
     centre where that is less. Length."""
     R, shift = body.pose_of(body.motion())
@@ -291,13 +290,12 @@ def _distance(body: Body, middle: Array) -> float:
     return float(min(along.min(), np.linalg.norm(middle - body.place)))
 
 
-def _text(zone: ZoneData, body: Body, box: Array, when: str) -> str:
+def _text(zone: ZoneData, body: Target, box: Array, when: str) -> str:
     """Tell where a body is, and where the slave is that has not met it."""
     gdim = zone.facets.slave_surface.gdim
     places = [format_point(x[:gdim], box, 4) for x in (body.place, *box)]
     return (
         f"the rigid {body.name} has met no facet of {zone.facets.spoken} "
-        f"{when}: its centre is at {places[0]}, and the undeformed slave "
-        f"between {places[1]} and {places[2]}. Is its place, its size or its motion "
-        "in another unit than the mesh?"
+        f"{when}: its centre is at {places[0]}, the slave between {places[1]} "
+        f"and {places[2]}. Is a length in another unit?"
     )

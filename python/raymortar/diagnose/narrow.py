@@ -7,7 +7,7 @@ from dolfinx.fem import FunctionSpace
 
 from ..compat import Array, Mask
 from ..discretization.ranks import sums_at
-from ..errors import format_point
+from ..finding import placed
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData
 
@@ -22,17 +22,17 @@ PART = 0.2
 # Contact that moves on was on at most two facets for one now, and keeps more than half of
 # its force
 TWO, KEPT = 2.0, 0.5
+NO_JUMP: tuple[float, tuple[float, ...], str, str] = (0.0, (), "", "")
 
 
 def jump(
-    zone: ZoneData, points: dict[str, Array], W: FunctionSpace, by_gamma: bool
-) -> tuple[float, str]:
+    zone: ZoneData, points: dict[str, Array], W: FunctionSpace
+) -> tuple[float, tuple[float, ...], str, str]:
     """Find by how much the normal of contact has jumped since the accepted step, where one
-    facet at a time carries it; and say so. 0 if contact has not moved so, or the normal
-    has turned by less than `JUMP`. Degrees. Collective.
+    facet at a time carries it; with the place, what it means, and a remedy. 0 if contact
+    has not moved so, or the normal has turned by less than `JUMP`. Degrees. Collective.
 
-    `W` is the space of scalar results. `by_gamma`: whether gamma chooses among results,
-    and is no part of them, as it is with a penalty.
+    `W` is the space of scalar results.
     """
     facets, comm = len(zone.result_table), zone.comm
     force = forces_on_facets(zone, points)
@@ -46,7 +46,7 @@ def jump(
     # Contact has moved on, rather than come, grown, or gone
     moved = went > 0 and carrying <= carried <= TWO * carrying and now > KEPT * before
     if not (moved and on_alone > PART * now):
-        return 0.0, ""
+        return NO_JUMP
     # Other contact on the same surface may have stayed where it was
     came = alone & ((was == 0.0) | (_others(zone, left, W) > 0.0))
     place, of_law, own = (
@@ -65,18 +65,14 @@ def jump(
     by_law, by_facets = np.minimum(kinks, _turned(before, now))
     kinks = np.maximum(by_law, by_facets * (by_facets > ON_SMOOTH))
     if kinks.max(initial=0.0) <= JUMP:
-        return 0.0, ""
+        return NO_JUMP
     k = int(np.argmax(kinks))
-    choosing, other = "the steps", ""
-    if by_gamma:
-        choosing = "gamma and the steps"
-        other = ". The law at nodes leaves gamma out of that, but jumps as much"
-    return float(kinks[k]), (
-        f"contact of {zone.facets.spoken} is narrower than a facet, and has moved to one, "
-        f"at the undeformed {format_point(X[k], X)}, whose normal differs by "
-        f"{kinks[k]:.2g} degrees: the force jumps by as much from facet to facet, and near "
-        f"a jump several results hold, of which {choosing} choose one. Make facets there "
-        f"{np.ceil(kinks[k] / JUMP):.0f} times smaller{other}"
+    return (
+        float(kinks[k]),
+        placed(X[k], X),
+        f"contact is narrower than a facet, and the force jumps by {kinks[k]:.2g} degrees "
+        "from facet to facet",
+        f"Make facets there {np.ceil(kinks[k] / JUMP):.0f} times smaller",
     )
 
 

@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..errors import BodyLeft, ContactLost, ConvergenceError, raise_everywhere, warn
+from ..finding import Finding
 from ..interaction import Interaction
 from ..problem import CoupledProblem
-from ..rigid.body import LARGEST_TURN
+from ..target import LARGEST_TURN
 from .failure import describe
-from .findings import DEEP, UNRESOLVED, deepest_on_tools, findings
+from .findings import DEEP, deepest_on_tools, findings
 from .lost_contact import lost_contact
 from .missed import warn_of_missed_masters
 from .unaccepted import warn_of_unaccepted_solves
 
 # Factor by which a doubt must be worse to be warned of again
 WORSE = 2.0
+SMALLER = "Take smaller steps"
+# What has been told of the ends of a problem's paths
+_TOLD: WeakKeyDictionary[CoupledProblem, set[Any]] = WeakKeyDictionary()
 
 
 def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -> None:
@@ -38,26 +43,37 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     if problem.part_of.get("steps"):
         return
     doubts = Doubts(problem)
-    doubts.warn()
+    doubts.look()
     doubts.end()
     loss = lost_contact(problem)
     if loss is None:
         warn_of_missed_masters(problem)
     else:
-        text = f"converged, but contact is lost: {loss}. Take smaller steps"
+        text = f"converged, but contact is lost: {loss}. {SMALLER}"
         warn(text)
     warn_of_unaccepted_solves(problem)
 
 
+def check(problem: CoupledProblem) -> list[Finding]:
+    """Find all that is doubtful about the present state, see `NonlinearProblem.check`.
+    Collective."""
+    found = list(findings(problem))
+    loss = lost_contact(problem)
+    if loss is not None:
+        found.append(Finding("", (), f"contact is lost: {loss}", SMALLER, 1.0))
+    return found
+
+
 class Doubts:
-    """Warns of doubtful states of a problem, and refuses steps into tools. Collective.
+    """Finds doubtful states of a problem, warns of those in which figures are wrong, and
+    refuses steps into tools. Collective.
 
     The problem's contact is in an accepted state.
     """
 
     def __init__(self, problem: CoupledProblem) -> None:
-        self._problem, self._warned = problem, dict[tuple[Any, ...], float]()
-        self._forces, self._late = dict[Any, float](), dict[Any, str | None]()
+        self._problem, self._warned = problem, dict[Any, float]()
+        self._forces, self._late = dict[Any, float](), dict[Any, Finding | None]()
         self._accepted = self._found = deepest_on_tools(problem.contact)[0]
 
     def require_gradual(self) -> None:
@@ -68,31 +84,37 @@ class Doubts:
         """
         self._found, text = deepest_on_tools(self._problem.contact)
         if self._found > self._accepted + DEEP:
-            raise ContactLost(f"a rigid body jumps into its slave: {text}{UNRESOLVED}")
+            raise ContactLost(f"a rigid body jumps into its slave: {text}")
 
-    def warn(self) -> None:
-        """Warn of the present state, now accepted. Collective."""
+    def look(self) -> list[Finding]:
+        """Find doubts about the present state, now accepted, and warn of some: of the
+        same again if it is worse by `WORSE`. Collective."""
         self._accepted = self._found
-        for found in findings(self._problem):
-            if found.force is not None:
-                if found.force > self._forces.get(found.about, 0.0):
-                    self._forces[found.about] = found.force
-                    self._late[found.about] = found.remedy()
-            elif found.size > WORSE * self._warned.get(found.about, 0.0):
-                self._warned[found.about] = found.size
-                remedy = found.remedy()
-                if remedy is not None:
-                    text = found.text + remedy
-                    warn(text)
+        found = list(findings(self._problem, self._is_largest))
+        for one in found:
+            if one.force is not None:
+                self._late[one.about] = one
+            elif one.is_wrong and one.size > WORSE * self._warned.get(one.about, 0.0):
+                self._warned[one.about] = one.size
+                warn(str(one))
+        return found
+
+    def _is_largest(self, about: object, force: float) -> bool:
+        """Whether a force is the largest one of the path; it is noted."""
+        if force <= self._forces.get(about, 0.0):
+            return False
+        self._forces[about], self._late[about] = force, None
+        return True
 
     def end(self) -> None:
         """Warn of what counts at the largest force of a path, now ended,
         once for all paths of a problem."""
-        for zone in self._problem.contact.zones:
-            text = self._late.get(("few", id(zone)))
-            if text is not None:
-                zone.depends_on_gamma = True
-                warn(text)
+        for found in self._late.values():
+            if found is not None and found.is_wrong:
+                told = _TOLD.setdefault(self._problem, set())
+                if found.about not in told:
+                    told.add(found.about)
+                    warn(str(found))
 
 
 def _turned_too_far(contact: Interaction) -> str | None:

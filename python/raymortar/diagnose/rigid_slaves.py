@@ -43,11 +43,11 @@ class RigidSlave:
 
 
 def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlave]:
-    """Find slaves, as the user gave them, that are prescribed throughout, on masters that
-    are not, by number. Collective.
+    """Find slaves that are prescribed throughout in components in which their masters are
+    free, by number. Collective.
 
-    With friction it is enough that they are where the master is free along the surface:
-    the traction has these components, too.
+    The master alone balances these components of the traction. Without friction it has
+    those of the normal alone, and the slave must be prescribed in all of them.
     """
     if surfaces.multiplier is None or not surfaces.zones:
         return {}
@@ -64,10 +64,11 @@ def rigid_slaves(surfaces: ContactSurfaces, marker: Mask) -> dict[int, RigidSlav
         zip(surfaces.zones, held > 0, across > 0)
     ):
         slave, master = sides
-        slides = ~master & ~normal  # where the master is free along the surface
-        throughout = slave.all() and not master.all()
-        along = zone.frictional and slides.any() and slave[slides].all()
-        if throughout or along:
+        alone = slave & ~master
+        if not zone.frictional:
+            has = normal if normal.any() else ~normal
+            alone &= has & slave[has].all()
+        if alone.any():
             found[k] = RigidSlave(zone, np.flatnonzero(slave))
     return found
 

@@ -20,7 +20,7 @@ from ..discretization.facets import N_CORNERS, facet_nodes
 from ..interaction import Interaction
 from ..interface.point_results import CLOSED
 from ..interface.zone_data import ZoneData, positions, unit_normals
-from ..rigid.body import Body
+from ..target import Target
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 
 # Depth inside a tool that contact does not leave, of the depth that counts as contact: a
@@ -94,7 +94,9 @@ def _slave(zone: ZoneData, contact: Interaction) -> Slave:
     return Slave(gdim, old, now, normals, zone.distance("depth")[facet])
 
 
-def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -> bool:
+def _passed(
+    body: Target, start: Array, end: Array, slave: Slave, touches: bool
+) -> bool:
     """Whether a body has passed points of this rank between two motions."""
     ways = _ways(body, start, end, slave)
     x, n = ways[-1]
@@ -113,7 +115,7 @@ def _passed(body: Body, start: Array, end: Array, slave: Slave, touches: bool) -
 
 
 def _ways(
-    body: Body, start: Array, end: Array, slave: Slave
+    body: Target, start: Array, end: Array, slave: Slave
 ) -> list[tuple[Array, Array]]:
     """Places and present normals of the slave's points seen from a body, at the ends of
     the straight lines that stand for their way, (n, 3) each."""
@@ -143,7 +145,7 @@ def _ways(
 
 
 def _crosses(
-    body: Body, a: Array, b: Array, n: Array, depth: Array, touches: bool, gdim: int
+    body: Target, a: Array, b: Array, n: Array, depth: Array, touches: bool, gdim: int
 ) -> bool:
     """Whether a line from a to b goes through a body as no contact does.
 
@@ -174,14 +176,14 @@ def _crosses(
     return False
 
 
-def cast(body: Body, x: Array, n: Array) -> Array:
+def cast(body: Target, x: Array, n: Array) -> Array:
     """Find distances at which rays enter a body, (n,): negative from inside, infinite
     for none. Length."""
     x, n = np.ascontiguousarray(x), np.ascontiguousarray(n)
     return np.asarray(body.tool.distances_along(x, n))
 
 
-def _depths(body: Body, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
+def _depths(body: Target, x: Array, along: Array, whole: Mask, gdim: int) -> Array:
     """Depths of points on lines inside a body, (n,): 0 outside, infinite where it has
     no end. Depths on lines that cross the whole body are measured across the lines, as
     the body may be a thin plate. Length."""

@@ -17,7 +17,7 @@ from dolfinx.mesh import Mesh
 from .. import compat
 from ..compat import Array, Mask
 from ..errors import ContactError, format_point, raise_everywhere, together, warn
-from ..rigid.body import Body
+from ..target import Target
 from . import facets as lookup
 from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
 from .joined import parts_of
@@ -275,7 +275,7 @@ def check_off_axis(mesh: Mesh, facets: Facets) -> None:
             )
 
 
-def check_revolved(bodies: Sequence[Body]) -> None:
+def check_revolved(bodies: Sequence[Target]) -> None:
     """Refuse rigid bodies that are free to leave the axis, or to tilt.
 
     The tool is what the part of a section at r >= 0 makes in a full turn, which is a
@@ -295,12 +295,11 @@ def check_revolved(bodies: Sequence[Body]) -> None:
             warn(
                 f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
                 f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
-                "no ball, but a solid with a tip or a dimple on the axis. A ball has "
-                "its centre at r = 0",
+                "no ball. A ball has its centre at r = 0",
             )
 
 
-def off_axis_fault(bodies: Sequence[Body]) -> str | None:
+def off_axis_fault(bodies: Sequence[Target]) -> str | None:
     """Name a rigid body that has left or crossed the axis, or has turned."""
     for body in bodies:
         motion = body.motion()
@@ -314,7 +313,7 @@ def off_axis_fault(bodies: Sequence[Body]) -> str | None:
     return None
 
 
-def _off_axis(body: Body, moved: float) -> str:
+def _off_axis(body: Target, moved: float) -> str:
     """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
     points = getattr(body.shape, "points", body.shape.place[None])
     radius = getattr(body.shape, "radius", 0.0)

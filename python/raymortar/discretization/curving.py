@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from dolfinx.mesh import Mesh
@@ -32,11 +32,8 @@ from .facets import (
 )
 from .joined import NUMBERS_OF_PART
 from .ranks import count_marks
-from .surfaces import Surface, connected
+from .surfaces import Smooth, Surface, connected
 
-# Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
-# tell the surface
-Smooth: TypeAlias = "bool | Callable[[Array], Array]"
 # Facets that meet at a larger angle meet at an edge. Not 30 degrees, the angle of a
 # circle of twelve facets
 SHARPEST = np.deg2rad(40.0)

@@ -253,10 +253,8 @@ def derivative(form: Any, f: Function, expanded: bool = False) -> Any:
 
 
 _MESSAGE = (
-    "F looks as if it had inertia: over cells it has {u} and {other} of its space, neither "
-    "differentiated. If so, leave it out of F and give it to dynamics.Inertia: implicit "
-    "schemes multiply the energy of an impact by 3 and more where nodes of contact "
-    "surfaces have mass (docs/dynamics.md)"
+    "F looks as if it had inertia: over cells it has {u} and {other}, neither "
+    "differentiated. If so, give it to dynamics.Inertia instead"
 )
 
 
@@ -267,7 +265,7 @@ def warn_of_inertia(F: Sequence[Any], functions: Sequence[Function]) -> None:
         other = _earlier_state(form, f)
         if other is not None:
             text = _MESSAGE.format(u=f.name, other=other.name)
-            warn(text)
+            warn(text, page="fields")
             return
 
 

@@ -19,7 +19,7 @@ from dolfinx.fem import Function
 
 from .. import _cpp, compat
 from ..compat import Indices
-from ..rigid.body import Body
+from ..target import Target
 from .ranks import marked_everywhere
 from .unknowns import Unknowns
 
@@ -53,7 +53,7 @@ class CoupledRows:
         `values` of the present rows, once they have been asked for.
     """
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[Target, ...]
 
     def __init__(self, unknowns: Unknowns, layouts: Sequence[Layout]) -> None:
         self.unknowns, self.u = unknowns, unknowns.u
@@ -62,11 +62,11 @@ class CoupledRows:
         self.n_u = self._u_map.size_local * self._bs
         self.layouts = tuple(layouts)
         self.bodies = tuple(dict.fromkeys(b for one in layouts for b in one.bodies))
-        self.body_rows: dict[Body, Global] = {}
+        self.body_rows: dict[Target, Global] = {}
         self.number()
 
     @property
-    def own_bodies(self) -> tuple[Body, ...]:
+    def own_bodies(self) -> tuple[Target, ...]:
         """The free bodies whose rows are on this rank."""
         return self.bodies if self.comm.rank == 0 else ()
 
@@ -211,7 +211,7 @@ class Layout(CoupledRows):
         unknowns: Unknowns,
         multiplier: Function | None,
         multiplier_dofs: Indices,
-        bodies: Sequence[Body] = (),
+        bodies: Sequence[Target] = (),
     ) -> None:
         self.bodies = tuple(bodies)
         self.multiplier = multiplier

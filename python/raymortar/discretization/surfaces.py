@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from mpi4py import MPI
 
@@ -19,6 +19,10 @@ from . import facets as lookup
 from .facets import FACET_SHAPE, Facets, Global, normals, shape_functions
 from .joined import NUMBERS_OF_PART, JoinedSpace, parts_of, places_of
 from .ranks import of_all, sums_at
+
+# Undeformed positions (3, n) to points of the true surface (3, n), or whether normals
+# tell the surface
+Smooth: TypeAlias = "bool | Callable[[Array], Array]"
 
 
 @dataclass(frozen=True)
@@ -148,6 +152,17 @@ class Surface:
     def nodes(self) -> Array:
         """Reference positions of the nodes of each facet, (n_facets, n_k, d)."""
         return self.X[self.facet_nodes]
+
+    @property
+    def body_nodes(self) -> Array:
+        """Undeformed places of the displacement's nodes of each facet in the body, not on
+        the arcs that curve it, (n_facets, n_p, d)."""
+        count = self.facet_dofs.shape[1]
+        if self.arcs is None:
+            return self.nodes[:, :count]
+        places = lookup.facet_nodes(self.shape, self.displacement_degree)
+        chord, _ = lookup.shape_functions(self.shape, 1, places)
+        return np.einsum("ka,fad->fkd", chord, self.nodes[:, : chord.shape[1]])
 
 
 def _compress(table: Indices) -> tuple[Indices, Indices]:

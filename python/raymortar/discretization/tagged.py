@@ -16,9 +16,9 @@ from scipy.sparse import csr_array
 from .. import compat
 from ..compat import Array, Indices
 from ..errors import ContactError, spoken_tag, together
-from ..rigid.body import Body
+from ..hooks import hooks
+from ..target import Target
 from . import checks
-from .curving import Smooth, curve
 from .facets import (
     N_CORNERS,
     Facets,
@@ -32,7 +32,7 @@ from .facets import (
 )
 from .joined import parts_of
 from .ranks import index_among, of_all
-from .surfaces import Bodies, Surface, build_surface, find_bodies
+from .surfaces import Bodies, Smooth, Surface, build_surface, find_bodies
 
 # Coordinates of bodies that differ by less than this share of the model's size are the
 # same: nodes on round bodies that are alike need not be
@@ -205,7 +205,7 @@ class ZoneFacets:
     """A slave tag, the master tags it meets, and their facets on this rank."""
 
     slave_tag: int | str
-    master_tags: tuple[int | str, ...] | tuple[Body, ...]
+    master_tags: tuple[int | str, ...] | tuple[Target, ...]
     slave: Facets
     masters: list[Facets]
     slave_surface: Surface
@@ -213,7 +213,7 @@ class ZoneFacets:
     master: Facets  # of all tags, in the order of the surface
     slave_part: int = 0  # which of several meshes
     master_part: int = 0
-    bodies: tuple[Body, ...] = ()  # rigid ones in place of masters
+    bodies: tuple[Target, ...] = ()  # rigid ones in place of masters
     share_vertices: bool = False  # the two sides
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
@@ -265,7 +265,7 @@ def find_facets(
     zones = []
     for group in groups:
         slave_tag, given = group.slave, group.masters
-        bodies = tuple(master for master in given if isinstance(master, Body))
+        bodies = tuple(master for master in given if isinstance(master, Target))
         a = tagged.mesh_of((slave_tag,))
         b = a if bodies or slave_tag == ALL else tagged.mesh_of(given)
         slaves, labels = tagged.parts(u, a, slave_tag, axisymmetric)
@@ -317,7 +317,9 @@ def _surface(
     """Arrays of the facets of one side, on the k-th mesh. Collective."""
     surface = build_surface(u, parts, k, axisymmetric)
     if smooth and surface.is_straight and parts[0] is not NO_FACETS:
-        return curve(surface, mesh, join(parts), smooth)
+        assert hooks.curve is not None, "the core alone curves no facets"
+        curved: Surface = hooks.curve(surface, mesh, join(parts), smooth)
+        return curved
     return surface
 
 

@@ -147,9 +147,9 @@ class Inertia:
         if self._moving < (1.0 - LOST):
             warn(
                 f'mass="{self.mass}" puts {1.0 - self._moving:.2g} of the mass that is '
-                "free to move on nodes that conditions hold, where it has no inertia: "
-                "mesh a thin body that is held with more cells across, or take "
-                'mass="consistent"'
+                "free to move on nodes that conditions hold: mesh more cells "
+                'across, or take mass="consistent"',
+                page="fields",
             )
 
     def _comm_any(self, marks: Mask) -> bool:

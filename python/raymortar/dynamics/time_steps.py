@@ -167,6 +167,8 @@ class TimeSteps(LoadSteps):
         self.inertia, self.scheme, self.dt = inertia, scheme, float(dt)
         self.adapt, self.touch = adapt, int(touch)
         self.motion = Motion(inertia, scheme)
+        for part in problem.contact.system.parts:  # to keep moment of momentum
+            part.present.couples_over_gaps = isinstance(scheme, Midpoint)
         self.bodies = MovingBodies(problem.contact, scheme)
         self._inertia_term = InertiaTerm(problem, self.motion)
         self._account = Account(problem, self.motion, self.bodies, forms)

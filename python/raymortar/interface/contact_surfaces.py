@@ -18,7 +18,7 @@ from ..discretization.facets import Facets, coordinates, facet_dof_table, node_t
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
-from ..discretization.surfaces import Bodies, find_bodies
+from ..discretization.surfaces import Bodies, facet_lengths, find_bodies
 from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
 from ..discretization.thickness import Cells
 from ..discretization.unknowns import Unknowns
@@ -31,7 +31,7 @@ from ..errors import (
     together,
 )
 from ..options.methods import ContactOptions, Penalty
-from ..rigid.body import Body
+from ..target import Target
 from .coefficients import Interfaces
 from .pairs import PairTable, known_names, names_by_tag, read_pairs
 from .zone_data import ZoneData
@@ -101,6 +101,8 @@ class ContactSurfaces:
     vector: FunctionSpace
     layout: Layout  # rows of the unknowns
     bodies: Bodies  # parts of the mesh that are connected
+    options: ContactOptions  # with what the method of those given leaves open
+    why: str | None  # the law is what it is; None: it was given
 
     @property
     def comm(self) -> MPI.Comm:
@@ -154,6 +156,8 @@ def make_surfaces(given: Given) -> ContactSurfaces:
     # All slaves are on one mesh
     slave_u = parts_of(joined)[facets[0].slave_part]
     mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree
+    is_narrow = options.leaves_law_open and _is_narrow(facets, mesh.comm)
+    options, why = options.with_law(p, tied is not None, is_narrow)
     degree, components = options.multiplier_kind(p, mesh.geometry.dim, tied is not None)
     multiplier, slave_dofs = None, np.empty(0, dtype=np.int32)
     if components:
@@ -183,7 +187,24 @@ def make_surfaces(given: Given) -> ContactSurfaces:
         vector=compat.vector_space(mesh, degree),
         layout=layout,
         bodies=bodies,
+        options=options,
+        why=why,
     )
+
+
+def _is_narrow(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> bool:
+    """Whether a master is smaller than the slave's facets: of a rigid tool its radius, of
+    facets half the box around them. Collective."""
+    for zone in facets:
+        lengths = facet_lengths(zone.slave_surface)
+        total, count = comm.allreduce(np.array([lengths.sum(), len(lengths)]))
+        sizes = [getattr(body.shape, "radius", np.inf) for body in zone.bodies]
+        if not sizes:
+            box = np.ptp(ends_of(zone.master_surface.X, comm), axis=0)
+            sizes = [0.5 * float(np.linalg.norm(box))]
+        if min(sizes) < total / count:
+            return True
+    return False
 
 
 def checked(
@@ -219,7 +240,7 @@ def checked(
     return Given(unknowns, facet_tags, table, groups, options, tied)
 
 
-def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Body]:
+def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
     """Find the free bodies that slaves meet, each once; give them levers. Collective."""
     found = dict.fromkeys(b for zone in facets for b in zone.bodies if b.is_free)
     for body in found:

@@ -108,8 +108,8 @@ def warn_of_wrong_slopes(law: Friction, sample: Sample | None, comm: MPI.Comm) -
             fault = fault_of(law, sample.ladder())
     for text in [one for one in comm.allgather(fault) if one is not None][:1]:
         warn(
-            f"Friction.derivatives: {text}. Newton's method takes more iterations, or "
-            "fails: correct them, or leave them out",
+            f"Friction.derivatives: {text}. Correct them, or leave them out",
+            page="contact",
         )
 
 

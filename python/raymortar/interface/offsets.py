@@ -20,8 +20,7 @@ from ..discretization.thickness import Cells, thickness_behind
 from ..errors import ContactError, positive, require_agreement, together, warn
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
-from .stiffness import mean_facet_size
-from .zone_data import ZoneData
+from .zone_data import ZoneData, mean_facet_size
 
 # Share of an interference that counts as rounding error
 _ROUNDING = 1e-6
@@ -119,9 +118,8 @@ class Offsets:
             return None
         return (
             f"the argument offset makes an interference of {overlap:.4g} on "
-            f"{facets.spoken}, more than the {there:.4g} of body that "
-            "lies behind the thinner side: it is a length in the unit of the mesh, "
-            "negative where bodies overlap"
+            f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
+            "length in the unit of the mesh"
         )
 
 

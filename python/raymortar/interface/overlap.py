@@ -39,13 +39,12 @@ ALIKE = 1e-9
 # Motion of a body that nobody has moved
 _UNMOVED = np.concatenate([np.zeros(6), np.eye(3).ravel()])
 _TOOL_REMEDY = (
-    "before anything has moved: make the tool where it touches and let it move in steps, "
-    "or give an interference that is wanted as the argument offset"
+    "before anything has moved: make the tool where it touches, or give the argument "
+    "offset"
 )
 _REMEDY = (
-    "before anything has moved: mesh the bodies so that they touch, give an "
-    "interference that is wanted as the argument offset, or close overlaps up to a "
-    "length by contact.adjust(within=...)"
+    "before anything has moved: mesh bodies that touch, give offset, or call "
+    "contact.adjust(within=...)"
 )
 
 
@@ -160,8 +159,8 @@ def _beyond_search(
     slave = spoken(pairs[0].slave_name, pairs[0].slave)
     masters = ", ".join(spoken(pair.master_name, pair.master) for pair in pairs)
     return [
-        f"slave {slave} starts inside {masters}, or behind it, deeper than rays are "
-        f"followed, at {format_point(place[1:], everywhere[:, 2:])}"
+        f"slave {slave} starts inside {masters}, or behind it, deeper than rays "
+        f"follow, at {format_point(place[1:], everywhere[:, 2:])}"
     ]
 
 

@@ -9,8 +9,7 @@ from typing import Any
 
 from ..discretization.tagged import ALL, Group
 from ..errors import ContactError, described, is_whole_number, spoken_tag
-from ..rigid.body import Body, as_body
-from ..rigid.shapes import Shape
+from ..target import Target, as_target
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class Pair:
     """
 
     slave: int | str
-    master: int | str | Body
+    master: int | str | Target
     slave_name: str | None
     master_name: str | None
     surface: int
@@ -45,7 +44,7 @@ class Pair:
     @property
     def is_named(self) -> bool:
         """Whether the user has named one of its sides, or both."""
-        tool = self.master if isinstance(self.master, Body) else None
+        tool = self.master if isinstance(self.master, Target) else None
         named = self.master_name is not None if tool is None else tool.is_named
         return named or self.slave_name is not None
 
@@ -65,7 +64,7 @@ def in_other_order(pairs: Iterable[Pair]) -> str:
     return f"pairs=[{', '.join(pair.in_other_order for pair in pairs)}]"
 
 
-def spoken(name: str | None, tag: int | str | Body) -> str:
+def spoken(name: str | None, tag: int | str | Target) -> str:
     """Name of a surface in a message: the user's, else its tag."""
     return f"tag {tag}" if name is None else repr(name)
 
@@ -123,7 +122,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     groups: dict[tuple[Any, bool], list[Any]] = {}
     found = []
     # A shape in several pairs is one body
-    bodies = {id(other): as_body(other) for _, other in two_each}
+    bodies = {id(other): as_target(other) for _, other in two_each}
     tagged = [
         (number(one), bodies[id(other)] or number(other)) for one, other in two_each
     ]
@@ -135,7 +134,7 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
         _check_order(slave, master, groups, name_of)
         if master not in masters:
             masters.append(master)
-            name = other.name if isinstance(other, Body) else name_of.get(master)
+            name = other.name if isinstance(other, Target) else name_of.get(master)
             surface = list(groups).index((slave, of_itself))
             found.append(Pair(slave, master, name_of.get(slave), name, surface, ""))
     _check_beside_all(found)
@@ -146,23 +145,23 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
 
 def _plain(tag: Any) -> Any:
     """Python's own number of a tag."""
-    return tag if isinstance(tag, (str, Body)) else int(tag)
+    return tag if isinstance(tag, (str, Target)) else int(tag)
 
 
 def _check_tags(slave: Any, master: Any) -> None:
     """Raise unless both sides are tags, or the master a rigid body."""
-    if as_body(slave) is not None:
+    if as_target(slave) is not None:
         raise ContactError(
             f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
             "integrate over, so it can be a master only"
         )
     for tag in (slave, master):
-        if isinstance(tag, type) and issubclass(tag, (Shape, Body)):
+        if isinstance(tag, type) and ".rigid" in tag.__module__:
             raise ContactError(
                 f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
                 f"rigid.{tag.__name__}(...)"
             )
-        if not (is_whole_number(tag) or isinstance(tag, (Body, str))):
+        if not (is_whole_number(tag) or isinstance(tag, (Target, str))):
             raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
     if ALL in [tag for tag in (slave, master) if isinstance(tag, str)]:
         others = [tag for tag in (slave, master) if is_whole_number(tag)]
@@ -187,7 +186,7 @@ def _check_order(
             "would be counted twice"
         )
     others = groups[slave, slave == master]
-    if any(isinstance(m, Body) != isinstance(master, Body) for m in others):
+    if any(isinstance(m, Target) != isinstance(master, Target) for m in others):
         raise ContactError(
             f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and "
             "rigid ones: give each kind a Contact of its own, NonlinearProblem(F, "
@@ -199,7 +198,7 @@ def _check_beside_all(pairs: Sequence[Pair]) -> None:
     """Raise for a pair that is one of those of all facets."""
     masters = [pair.master for pair in pairs if pair.slave == ALL]
     for pair in pairs:
-        meshed = not isinstance(pair.master, Body) and ALL in masters
+        meshed = not isinstance(pair.master, Target) and ALL in masters
         if pair.slave != ALL and (meshed or pair.master in masters):
             raise ContactError(
                 f"pair {pair} is one of those of 'all': its contact would be counted "
@@ -215,10 +214,10 @@ def as_label(name: str) -> str:
 def labelled(pairs: Sequence[Pair]) -> list[Pair]:
     """Give each pair a label that no other has. Bodies have names that no other has."""
 
-    def plain(name: str | None, tag: int | str | Body) -> str:
+    def plain(name: str | None, tag: int | str | Target) -> str:
         return str(tag) if name is None else as_label(name)
 
-    bodies = {p.master for p in pairs if isinstance(p.master, Body)}
+    bodies = {p.master for p in pairs if isinstance(p.master, Target)}
     given = [body.name for body in bodies if body.is_named]
     twice = sorted({name for name in given if given.count(name) > 1})
     if twice:
@@ -272,7 +271,7 @@ class PairTable:
         known = {p.master: k for k, p in enumerate(self.pairs) if p.surface == surface}
         return [known[master] for master in masters]
 
-    def find(self, slave: int | str, master: int | str | Body | None) -> list[int]:
+    def find(self, slave: int | str, master: int | str | Target | None) -> list[int]:
         """Find the pairs with a slave and, if one is given, a master."""
         found = []
         for k, (pair, names) in enumerate(zip(self.pairs, self._names)):

@@ -20,18 +20,18 @@ from ..errors import (
     require_agreement,
     together,
 )
+from ..hooks import hooks
 from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
-from ..rigid.body import Body, require_same_loads
 from ..state import Owner, Quantity, common, of_array, of_function
+from ..target import Target, require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
-from .straight_facets import warn_of_straight_facets, warn_of_turned_arcs
 from .unfelt import UnfeltParts
-from .zone_data import ZoneData, on_sides, opposite_points
+from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
 
 class Follower(Owner, Protocol):
@@ -67,7 +67,6 @@ class PresentState:
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
         self._cover: Cover | None = None
-        self._has_law_at_nodes = any(zone.has_law_at_nodes for zone in self._zones)
         if self._multiplier is not None and not self._has_law_at_nodes:
             self._cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
@@ -103,6 +102,10 @@ class PresentState:
         """Let an object follow the steps."""
         self._followers[len(self._followers) and max(self._followers) + 1] = follower
 
+    @property
+    def _has_law_at_nodes(self) -> bool:
+        return any(zone.has_law_at_nodes for zone in self._zones)
+
     def note_change(self) -> None:
         """Count a change of what an assembled residual depends on."""
         self.revision += 1
@@ -125,6 +128,21 @@ class PresentState:
         self._dt = dt
         for body in self._surfaces.layout.bodies:
             body.cpp.dt = self._dt
+        self.note_change()
+
+    @property
+    def couples_over_gaps(self) -> bool:
+        """Whether friction makes couples over the gaps that multipliers leave open at
+        single points, too, theory (3). Moments then balance, in more iterations."""
+        return any(zone.couples_over_gaps for zone in self._zones)
+
+    @couples_over_gaps.setter
+    def couples_over_gaps(self, value: bool) -> None:
+        if value == self.couples_over_gaps:
+            return
+        for zone in self._zones:
+            zone.couples_over_gaps = value
+        self._is_sent = False
         self.note_change()
 
     @property
@@ -163,6 +181,9 @@ class PresentState:
             zone.cpp.set_field(
                 "traction_old", np.empty(0) if traction is None else traction
             )
+            rows = zone.spring_points
+            zone.cpp.set_spring_points(np.empty(0) if rows is None else rows)
+            zone.cpp.set_couples_over_gaps(zone.couples_over_gaps)
         self.unfelt.send(self.u_old)
         self._is_sent = True
 
@@ -173,12 +194,13 @@ class PresentState:
             return
         if self._point_friction is not None:
             self._point_friction.send(self._dt)
-        if self._cover is not None and not self._cover.alone:
+        if not (self._cover is None or self._cover.alone or self._has_law_at_nodes):
             self._cover.share()
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
-                warn_of_straight_facets(self._surfaces)
+                for look in hooks.on_first_pairs:
+                    look(self._surfaces)
 
     def pair_tie(self, partial: bool) -> None:
         """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
@@ -211,7 +233,7 @@ class PresentState:
             self._slip.x.array[:] += np.nan_to_num(step.x.array)
             if self._options.has_springs:
                 for zone in self._zones:
-                    zone.traction_old = zone.cpp.accepted_springs()
+                    zone.traction_old, zone.spring_points = zone.cpp.accepted_springs()
         for zone in self._zones:
             zone.motions.accept()
         for body in self._surfaces.layout.bodies:
@@ -220,7 +242,8 @@ class PresentState:
         if self.updates:
             self._note_opposite()
         if self._watches_arcs:
-            self._watches_arcs = not warn_of_turned_arcs(self._surfaces)
+            told = [look(self._surfaces) for look in hooks.on_accept]
+            self._watches_arcs = not any(told)
 
     def augment(self) -> float | None:
         """Change gaps by what a solve has found, for the next one. Collective.
@@ -240,7 +263,7 @@ class PresentState:
         for zone in self._zones:
             zone.opposite = opposite_points(zone)
 
-    def begin_slip_here(self, body: Body) -> None:
+    def begin_slip_here(self, body: Target) -> None:
         """Take the present pose of a body as the old one: a flight is no slip."""
         for zone in self._zones:
             zone.motions.begin_at_present(body)
@@ -289,6 +312,15 @@ class PresentState:
                 (*side.facet_dofs.shape, side.gdim),
                 may_lack=True,  # before the first step
             )
+            if self._multiplier is None:
+                yield Quantity(
+                    f"springs {k} at points",
+                    lambda: zone.spring_points,
+                    partial(setattr, zone, "spring_points"),
+                    SpringPoints(zone),
+                    may_lack=True,
+                    fault=partial(_other_points, zone),
+                )
         if zone.motions.bodies:
             old = partial(setattr, zone.motions, "old")
             yield Quantity(f"tools {k}", lambda: zone.motions.old, old)
@@ -306,6 +338,19 @@ def _other_surfaces(there: Array, here: Array) -> str:
     return (
         f"the state is of a contact with smooth={bool(there[0])}, this one has smooth="
         f"{bool(here[0])}: their surfaces differ"
+    )
+
+
+def _other_points(zone: ZoneData, there: Array) -> str | None:
+    """Say that points of springs are those of another surface. Steps differ in their
+    number."""
+    side = zone.facets.slave_surface
+    width, count = 2 * side.gdim + 1, len(side.facet_dofs)
+    if there.shape[1:] == (width,) and not (there[:, 0] >= count).any():
+        return None
+    return (
+        "the state is of another contact, mesh or method: its springs are at points of "
+        f"another surface than one of {count} facets in {side.gdim}D"
     )
 
 

@@ -179,10 +179,9 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
     places = [x for part in tie.comm.allgather(found) for x in part]
     if places:
         warn(
-            f"the slave surface of {tie.tags} turns by more than 60 degrees at "
-            f"{len(places)} node(s), for example at {format_point(places[0], places)}: one "
-            "multiplier there is not the traction of two faces. Give each face a tag, "
-            "and a Tie of its own",
+            f"the slave of {tie.tags} turns by more than 60 degrees at "
+            f"{len(places)} node(s), as at {format_point(places[0], places)}. Give each "
+            "face a tag, and a Tie of its own",
         )
 
 

@@ -25,6 +25,7 @@ ALLOWED = 0.1
 ALIKE = 3.0
 # Gaps below this share of the error of straight facets are none
 ROUNDING = 1e-6
+CURVED = "Take smooth=True, a mesh of degree 2, or for noisy nodes contact.adjust(within=...)"
 # Arcs that have not turned by this are low by 3 % of their height
 MOST_TURNED = np.deg2rad(15.0)
 
@@ -68,8 +69,9 @@ def _distance(gaps: Array) -> float:
     return float(middle) if high <= ALIKE * low else np.inf
 
 
-def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
-    """Warn if straight facets are off by much of the first gap. Collective."""
+def look_at_straight_facets(surfaces: ContactSurfaces) -> None:
+    """Note where straight facets are off by much of the first gap, and warn where an
+    interference that was given is so small. Collective."""
     comm = surfaces.comm
     for zone in surfaces.zones:
         sides = [side for side in zone.sides if side.is_straight and side.arcs is None]
@@ -80,19 +82,17 @@ def warn_of_straight_facets(surfaces: ContactSurfaces) -> None:
         most = max(largest_sagitta(side, comm) for side in sides)
         # Gaps of surfaces that touch are rounding, which differs between partitions
         gaps[np.abs(gaps) < ROUNDING * most] = 0.0
-        offset = np.abs(np.zeros(1) if zone.offset is None else zone.offset)
-        least = offset[offset > 0.0].min(initial=np.inf)
-        distance = min(_distance(gaps), comm.allreduce(least, op=MPI.MIN))
-        if most > ALLOWED * distance:
+        offset = np.zeros(1) if zone.offset is None else zone.offset
+        clearance, overlap = (
+            comm.allreduce(some.min(initial=np.inf), op=MPI.MIN)
+            for some in (offset[offset > 0.0], -offset[offset < 0.0])
+        )
+        if most > ALLOWED * min(_distance(gaps), clearance, overlap):
+            zone.off_curve = most
+        if most > ALLOWED * overlap:
             warn(
-                f"the straight facets of {zone.facets.spoken} and its "
-                f"masters lie up to {most:.3e} off the curved surfaces "
-                "they stand for, "
-                f"and these are {distance:.3e} apart, or overlap by that, at the start: "
-                "make the Contact with smooth=True, use a mesh of degree 2 "
-                "(gmsh.model.mesh.setOrder(2)), or finer facets; where flat surfaces are "
-                "merely noisy, contact.adjust(within=...) makes what is nearer than a "
-                "length just touch",
+                f"straight facets of {zone.facets.spoken} lie {most:.3e} off the curved "
+                f"surfaces, with an interference of {overlap:.3e}. {CURVED}"
             )
 
 
@@ -104,10 +104,9 @@ def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:
         angle, off = (largest(surfaces.comm, value) for value in turned)
         if angle > MOST_TURNED:
             warn(
-                f"facets of {zone.facets.spoken} or its masters have turned "
-                f"by {np.rad2deg(angle):.3g} degrees, and the arcs that smooth gives them "
-                f"have not: they are off by up to {off:.3e}. Bodies that turn need a "
-                "mesh and a displacement of degree 2",
+                f"facets of {zone.facets.spoken} or its masters have turned by "
+                f"{np.rad2deg(angle):.3g} degrees, but their arcs have not, and are off by "
+                f"{off:.3e}. Take a mesh and a displacement of degree 2",
             )
             return True
     return False

@@ -44,8 +44,8 @@ class UnfeltParts:
             self.accepted[:] = self._surfaces.multiplier.x.array
 
     def send(self, u_old: Array) -> None:
-        """Find the parts and tell the zones, each time that these have decided for a
-        step, which starts from a displacement of this rank's dofs. Collective."""
+        """Find the parts at the begin of a step, and hand them to the zones. The step
+        begins at the displacement u_old of this rank's dofs. Collective."""
         surfaces, zones = self._surfaces, self._surfaces.zones
         self.normals = self.along = None
         if surfaces.multiplier is None or surfaces.tied or not zones:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,11 +22,11 @@ from ..discretization.facets import (
     units,
 )
 from ..discretization.ranks import index_among, of_all
-from ..discretization.surfaces import Surface
+from ..discretization.surfaces import Surface, surface_sizes
 from ..discretization.tagged import ZoneFacets
-from ..rigid.body import Body, Motions
+from ..target import Motions, Target
 
-Masters = tuple[int | str, ...] | tuple[Body, ...]
+Masters = tuple[int | str, ...] | tuple[Target, ...]
 
 
 class MasterTags:
@@ -130,13 +130,19 @@ class ZoneData:
     # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
     # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
+    # Their rest at the points of the accepted step, see `_cpp.Zone.accepted_springs`: rows
+    # of facet, reference coordinates, area and vector, by facet
+    spring_points: Array | None = None
+    # Whether friction makes couples over gaps, see `PresentState`
+    couples_over_gaps: bool = False
     # Length of the slip of all accepted steps; None without friction
     slip: Function | None = None
     offset: Array | None = None  # (slave facets, n), added to gaps. Length
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
-    is_pulled: bool = False  # warned of, see `diagnose.findings`
-    depends_on_gamma: bool = False  # warned of, see `diagnose.few_facets`
+    against_tension: str = ""  # remedy, once one is found, see `diagnose.findings`
+    # How far straight facets lie off curved surfaces, where that is much of the first gap
+    off_curve: float = 0.0
     # Force on each slave facet at the last state that `diagnose.narrow` has seen
     carried: Array | None = None
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with
@@ -178,6 +184,7 @@ class ZoneData:
         if self.frictional:  # a rank without points has the same keys
             points.setdefault("slip", np.empty_like(points["x"]))
             points.setdefault("closing", np.empty_like(points["gap"]))
+            points.setdefault("dissipated", np.empty_like(points["gap"]))
         return points
 
     def nodes(self) -> dict[str, Array]:
@@ -193,17 +200,27 @@ class ZoneData:
         points = self.points()
         if self.dual_multiplier is None:
             return points
-        surface, degree = self.facets.slave_surface, self.multiplier_degree
         hit = points["status"] > 0  # of `Status`: its ray meets a master
-        values = self.dual_multiplier.x.array.reshape(-1, surface.gdim)
-        nodal = values[self.multiplier_table[points["slave"][hit]]]
-        if degree == 2:  # Bernstein polynomials, by their values at the nodes
-            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
-        t = interpolate(surface.shape, degree, nodal, points["xi"][hit])
+        values = self.dual_multiplier.x.array.reshape(
+            -1, self.facets.slave_surface.gdim
+        )
+        t = self.between_nodes(values[self.multiplier_nodes], points, hit)
         points["dual"] = points["traction"].copy()
         points["traction"][hit] = t
         points["pressure"][hit] = -dot(t, points["contact_normal"][hit])
         return points
+
+    def between_nodes(self, values: Array, points: dict[str, Array], of: Mask) -> Array:
+        """Values at some points of those of a law's nodes, (nodes, n), by the test
+        functions of gaps at nodes [theory (4.35)]."""
+        places = np.searchsorted(self.multiplier_nodes, self.multiplier_table)
+        nodal = values[places[points["slave"][of]]]
+        shape, degree = self.facets.slave_surface.shape, self.multiplier_degree
+        if (
+            shape == "interval" and degree == 2
+        ):  # Bernstein polynomials, by their values
+            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
+        return np.asarray(interpolate(shape, degree, nodal, points["xi"][of]))
 
     def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:
         """Values at points of nodal values on the slave facets; 0 for None."""
@@ -234,13 +251,33 @@ class ZoneData:
         return np.asarray(of_master.all(axis=1) & self._have_arms(points))
 
     def _have_arms(self, points: dict[str, Array]) -> Mask:
-        """Tell where open gaps count: multipliers close them, but for offsets."""
-        offset, slave = self.whole_offset, points["slave"]
-        if not len(self.multiplier_nodes):
-            return np.full(len(slave), True)
-        if offset is None:
-            return np.full(len(slave), False)
-        return np.asarray(offset.any(axis=1)[slave])
+        """Tell where open gaps count: multipliers close them in the mean."""
+        over_gaps = self.couples_over_gaps and self.dual_multiplier is None
+        if over_gaps or not len(self.multiplier_nodes):
+            return np.full(len(points["slave"]), True)
+        return np.asarray(self.at_points(self.whole_offset, points) != 0.0)
+
+    def levers(self, points: dict[str, Array]) -> tuple[Array, Array]:
+        """Find where forces at the points act on the slave's body, and how its nodes take
+        tractions that turn its normals [theory (2.18)], (points, d) and (points, d, d).
+
+        Equations are about nodes: a facet of a higher degree than the displacement, or an
+        arc in place of a straight one, does not have its points there.
+        """
+        surface, slave, xi = self.facets.slave_surface, points["slave"], points["xi"]
+        n = points["normal"]
+        if surface.arcs is None and surface.node_degree == surface.displacement_degree:
+            return points["x"], np.eye(surface.gdim) - n[:, :, None] * n[:, None]
+        nodes = self.cpp.slave_positions()[surface.facet_nodes[slave]]
+        _, dN = shape_functions(surface.shape, surface.node_degree, xi)
+        M, dM = shape_functions(surface.shape, surface.displacement_degree, xi)
+        count = M.shape[1]
+        off = (surface.nodes[:, :count] - surface.body_nodes)[slave]
+        own = nodes[:, :count] - off
+        tangents = np.einsum("ina,nad->ndi", dN, nodes)
+        of_body = np.einsum("ina,nad->ndi", dM, own)
+        turned = of_body @ np.linalg.pinv(tangents)
+        return np.einsum("na,nad->nd", M, own), turned
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""
@@ -332,3 +369,19 @@ def _pressed(found: dict[str, Any]) -> dict[str, Any]:
     """Let the law's normal tractions be pressures, positive in compression."""
     found["pressure"] = 0.0 - found["pressure"]  # zero has no sign
     return found
+
+
+@dataclass(frozen=True)
+class SpringPoints:
+    """Marks an array as rows of `ZoneData.spring_points`, so that files can write their
+    facets by number."""
+
+    zone: ZoneData
+
+
+def mean_facet_size(zones: Sequence[ZoneData]) -> float:
+    """Mean size of all slave facets. Length. Collective."""
+    sides = [zone.facets.slave_surface for zone in zones]
+    sizes = np.concatenate([surface_sizes(side) for side in sides])
+    area, facets = zones[0].comm.allreduce(np.array([sizes.sum(), len(sizes)]))
+    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

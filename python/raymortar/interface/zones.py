@@ -18,7 +18,7 @@ from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
 from ..discretization.tagged import ZoneFacets, facets_that_never_meet
 from ..discretization.thickness import Cells, thickness_behind
 from ..options.methods import ContactOptions, Search
-from ..rigid.body import Motions
+from ..target import Motions
 from .zone_data import MasterTags, ZoneData, nothing
 
 # Search distances, in sizes of facets
@@ -122,10 +122,11 @@ def create_zone(
         multipliers=multipliers,
         dual_multiplier=options.method.is_dual,
         method=options.method.cpp,
-        condition=getattr(_cpp.Condition, options.method.condition),
+        condition=getattr(_cpp.Condition, options.method.condition or "points"),
         friction=None if friction is None else friction.cpp(),
         measure=getattr(_cpp.Measure, options.measure + turn),
         frame=getattr(_cpp.LawFrame, options.frame),
+        keeps_springs=options.has_springs,
         moving_segments=options.tangent == "full",
         tie=None if tied is None else getattr(_cpp.TieGap, tied),
         distances=_cpp.SearchDistances(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
-from ..discretization.curving import Smooth
+from ..discretization.surfaces import Smooth
 from ..discretization.slave_fields import FieldValue
 from ..errors import (
     ContactError,
@@ -56,14 +56,17 @@ class AugmentedLagrangian(Options):
     multiplier
         ``"normal"``: one scalar, the normal traction; ``"vector"``: the traction in
         global coordinates; ``"dual"``: the same by dual functions, of which each acts
-        on the rows of one node, for ``condition="nodes"``. None: the vector with
-        friction, which needs it, and with ``frame="master"``, as a scalar cannot follow
-        normals of the master that turn within a facet; else the scalar.
+        on the rows of one node, for a law at nodes. None: dual where a condition None
+        may choose it; else the vector with friction, which needs it, and with
+        ``frame="master"``, as a scalar cannot follow normals of the master that turn
+        within a facet; else the scalar.
     degree
         Degree of the multiplier. None: that of the displacement in 2D, 1 in 3D.
     condition
-        Where the law holds: ``"points"``, at integration points in the weak mean; or
-        ``"nodes"``, at the multiplier's nodes for the mean gap and slip around them.
+        Where the law holds: ``"points"``, at integration points in the weak mean;
+        ``"nodes"``, at the multiplier's nodes for the mean gap and slip around them; or
+        None: at nodes with a displacement of degree 1, at points with degree 2, but at
+        nodes where bodies bend. ``repr`` of the contact says what it is, and why.
     """
 
     # Over the softer side's stiffness (theory (5.2))
@@ -72,12 +75,35 @@ class AugmentedLagrangian(Options):
     gamma: float | Function | None = None
     multiplier: str | None = None
     degree: int | None = None
-    condition: str = "points"
+    condition: str | None = "points"
 
     @property
     def is_dual(self) -> bool:
         """Whether the multiplier is of dual functions."""
         return self.multiplier == "dual"
+
+    def chosen(
+        self, degree: int, is_narrow: bool
+    ) -> tuple[AugmentedLagrangian, str | None]:
+        """Choose a condition that is None, for a displacement of a degree and, if masters
+        are smaller than a slave facet, narrow contact.
+
+        Returns
+        -------
+        The method with its condition, and why it is that; None: it was given.
+        """
+        if self.condition is not None:
+            return self, None
+        if self.is_dual:
+            why = "its multiplier is dual"
+            return replace(self, condition="nodes"), why
+        why = f"displacements have degree {degree}"
+        if degree == 1 and is_narrow:
+            why = "a master is smaller than the slave's facets"
+        if degree > 1 or is_narrow:
+            return replace(self, condition="points"), why
+        multiplier = "dual" if self.multiplier is None else self.multiplier
+        return replace(self, condition="nodes", multiplier=multiplier), why
 
     def check(self) -> None:
         check_coefficient(self.gamma)
@@ -87,8 +113,9 @@ class AugmentedLagrangian(Options):
                 f"multiplier must be 'normal' or 'vector', not {self.multiplier!r}, or "
                 "with condition='nodes' 'dual'"
             )
-        choice("condition", self.condition, CONDITIONS)
-        if self.is_dual and self.condition != "nodes":
+        if self.condition is not None:
+            choice("condition", self.condition, CONDITIONS)
+        if self.is_dual and self.condition == "points":
             raise ContactError("multiplier='dual' needs condition='nodes'")
         degree = self.degree
         if degree is not None and not (is_whole_number(degree) and degree in (1, 2)):
@@ -227,6 +254,23 @@ class ContactOptions:
             raise ContactError(
                 f"quadrature_degree = {degree!r} is not a whole number from 1 to 30"
             )
+
+    @property
+    def leaves_law_open(self) -> bool:
+        """Whether the method chooses where the law holds."""
+        return self.method.condition is None
+
+    def with_law(
+        self, degree: int, is_tie: bool, is_narrow: bool
+    ) -> tuple[ContactOptions, str | None]:
+        """Choose what the method leaves open, see `AugmentedLagrangian.chosen`; return
+        why, too. A tie holds at points."""
+        if not self.leaves_law_open or isinstance(self.method, Penalty):
+            return self, None
+        if is_tie:
+            return replace(self, method=replace(self.method, condition="points")), None
+        method, why = self.method.chosen(degree, is_narrow)
+        return replace(self, method=method), why
 
     @property
     def has_springs(self) -> bool:

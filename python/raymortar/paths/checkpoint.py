@@ -12,8 +12,7 @@ from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
 from ..compat import Array
-from ..discretization.facets import FACETS_PER_CELL
-from ..discretization.joined import parts_of, places_of
+from ..discretization.joined import parts_of
 from ..errors import (
     ContactError,
     is_real_number,
@@ -22,16 +21,16 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..interface.zone_data import ZoneData
 from ..options.methods import AugmentedLagrangian
 from ..problem import CoupledProblem
 from ..solvers.solver import require_problem
 from ..state import Owners, Quantity, State, of_function
+from . import facet_tables
 from .history import History
 from .output import by_mesh
 from .patch_columns import rigid_bodies
 from .settings import settings
-from .tables import Rows, Table, as_list, read_head, read_tables, write_tables
+from .tables import Table, as_list, read_head, read_tables, write_tables
 
 # Of nodes of the same mesh, over its size: a mesh may be made anew by arithmetic
 SAME_PLACE = 1e-10
@@ -142,7 +141,10 @@ class Checkpoint:
                 raise ContactError(f"time must be a load factor, not {time!r}")
         self.problem.contact.unknowns.pull()
         found = self._quantities()
-        tables = [*self._by_cell(found), *self._by_facet(found)]
+        tables = [
+            *self._by_cell(found),
+            *facet_tables.written(self.problem.contact.u, found),
+        ]
         alike = ((one.name, one.read()) for one in found if one.by is None)
         head = {
             "time": float(time),
@@ -175,36 +177,6 @@ class Checkpoint:
             numbers = compat.cells_as_given(mesh)
             yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
 
-    def _by_facet(self, quantities: Iterable[Quantity]) -> Iterator[Table]:
-        """Yield arrays by slave facet: cell, number of the facet within it, and vectors
-        at the dofs of the cell, 0 off the facet. Collective."""
-        for one in filter(_is_by_facet, quantities):
-            held = one.read()
-            if self._comm.allreduce(held is not None) == 0:
-                continue
-            number, slots, size = self._slots(one.by)
-            gdim = one.by.facets.slave_surface.gdim
-            values = np.zeros((len(number), size, gdim))
-            if held is not None:
-                values[np.arange(len(number))[:, None], slots] = held
-            count = self._comm.allreduce(len(number))
-            first = sum(self._comm.allgather(len(number))[: self._comm.rank])
-            table = np.column_stack([number, values.reshape(len(number), size * gdim)])
-            yield Table(one.name, count, np.arange(len(number)) + first, table)
-
-    def _slots(self, zone: Any) -> tuple[Rows, Any, int]:
-        """Number of each slave facet that no partition changes, its dofs among those of
-        its cell (facets, n), and how many the cell has."""
-        facets, surface = zone.facets.slave, zone.facets.slave_surface
-        part, u = zone.facets.slave_part, self.problem.contact.u
-        V, places = parts_of(u)[part].function_space, places_of(u, part)
-        dofs = compat.dofmap_array(V)[facets.cells]
-        dofs = dofs if places is None else places[dofs]
-        own = surface.dofs[surface.facet_dofs]
-        slots = (own[:, :, None] == dofs[:, None, :]).argmax(axis=2)
-        cells = compat.cells_as_given(V.mesh)[facets.cells]
-        return cells * FACETS_PER_CELL + facets.local_facets, slots, dofs.shape[1]
-
     # Reading
 
     def read(self) -> float:
@@ -230,7 +202,9 @@ class Checkpoint:
         raise_everywhere(self._comm, self._fault_of(head, tables, found))
         known = [there[table.name] for table in tables]
         springs = [
-            there[one.name] for one in filter(_is_by_facet, found) if one.name in there
+            there[one.name]
+            for one in filter(facet_tables.is_by_facet, found)
+            if one.name in there
         ]
         of = {**head, "tables": known + springs}
         numbers = [table.number for table in tables]
@@ -239,7 +213,11 @@ class Checkpoint:
         raise_everywhere(self._comm, self._other_mesh(tables, rows))
         state = State((name, np.array(of)) for name, of in head["arrays"].items())
         held = dict(zip((one["name"] for one in springs), rows[len(tables) :]))
-        raise_everywhere(self._comm, self._take_facets(state, found, held))
+        on_facets = dict(facet_tables.found(contact.u, found, held))
+        other = next((name for name, of in on_facets.items() if of is None), None)
+        text = self._says(f"{other}: the slave surface has other facets")
+        raise_everywhere(self._comm, None if other is None else text)
+        state.update((name, of) for name, of in on_facets.items() if of is not None)
         of_cells = rows[len(self._meshes) :]
         for one, values in zip(filter(_is_by_cell, found), of_cells):
             f = Function(one.by)
@@ -270,26 +248,6 @@ class Checkpoint:
         of = {**head, "tables": [table]}
         compat.set_by_cell(f, read_tables(self._comm, self.path, of, numbers)[0])
         return f.x.array
-
-    def _take_facets(
-        self, state: State, quantities: Iterable[Quantity], held: dict[str, Array]
-    ) -> str | None:
-        """Put arrays by slave facet into a state; return why they do not fit."""
-        for one in filter(_is_by_facet, quantities):
-            rows = held.get(one.name)
-            if rows is None:
-                continue
-            number, slots, size = self._slots(one.by)
-            saved = rows[:, 0].astype(np.int64)
-            order = np.argsort(saved)
-            place = np.searchsorted(saved[order], number)
-            at = order[np.minimum(place, len(saved) - 1)] if len(saved) else place
-            gdim = one.by.facets.slave_surface.gdim
-            if len(number) and not (len(saved) and np.array_equal(saved[at], number)):
-                return self._says(f"{one.name}: the slave surface has other facets")
-            values = rows[at, 1:].reshape(len(number), size, gdim)
-            state[one.name] = values[np.arange(len(number))[:, None], slots]
-        return None
 
     def _says(self, text: str) -> str:
         return f"{self.path} is of another problem: {text}"
@@ -371,10 +329,6 @@ def _law(contact: Any) -> str | None:
 
 def _is_by_cell(one: Quantity) -> bool:
     return isinstance(one.by, FunctionSpace)
-
-
-def _is_by_facet(one: Quantity) -> bool:
-    return isinstance(one.by, ZoneData)
 
 
 def _is_of(f: Function, one: Quantity) -> bool:

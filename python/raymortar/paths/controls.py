@@ -186,8 +186,7 @@ def _warn_of_facets(dofs: Indices, V: Any) -> None:
     if are_facets and inside:
         warn(
             f"where has {inside} dof(s) inside the bodies, and all its numbers are those "
-            "of facets on the boundary: for the nodes of facets give "
-            "fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
+            "of facets: give fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
         )
 
 

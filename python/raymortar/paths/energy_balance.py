@@ -10,11 +10,11 @@ import numpy as np
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
 from ..state import State
-from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from ..results.sums import resultant_on, work_on_gaps
+from ..results.sums import resultant_on, slip_work, work_on_gaps
 from .load_path import PrescribedPath
 from .patch_columns import rigid_bodies
 
@@ -148,7 +148,8 @@ def balance_of_step(
     through_contact = float(last.tractions @ du)
     carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
-    taken = sum(max(one.friction_work(), 0.0) for one in contact.contacts)
+    frictional = [one for one in contact.contacts if one.friction is not None]
+    taken = sum(max(slip_work(one.surfaces.zones), 0.0) for one in frictional)
     taken += last.stored - first.stored
     return Balance(
         most=float(table[:-1].max(axis=1).sum()) - taken,
@@ -177,7 +178,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     supplied = _supplied(problem, tractions + volume, of_begin)
     stored, ripple, facets = 0.0, 0.0, []
     for one in contact.contacts:
-        # Energy in springs of friction counts as its work
+        # Energy in springs of friction is in the work of slips
         stored += one.stored_energy("total" if one.friction is None else "normal")
         if one.tied is None:
             # An exact penalty has the tractions of a multiplier

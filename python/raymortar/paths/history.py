@@ -115,11 +115,10 @@ class History:
           (`patches`; NaN where nothing presses), ``torque_<axis>_ring_plate`` (`axes`): of
           pairs and surfaces, as forces are; ``work_<name>`` (`works`): so far, by the mean
           of each step's forces at each node;
-        - ``energy``; with friction ``friction_work``: the work that tangential
-          tractions have taken so far; with a penalty ``stored_normal`` and, with
-          friction, ``stored_tangential``: `Contact.stored_energy`. The work of the loads
-          is ``energy + stored_normal + friction_work``, to the error of the steps, and
-          ``friction_work`` includes ``stored_tangential``.
+        - ``energy``; with friction ``friction_work``: what friction has taken so far,
+          `Contact.friction_work`; with a penalty ``stored_normal`` and, with friction,
+          ``stored_tangential``: `Contact.stored_energy`. The work of the loads is the sum
+          of these columns, to the error of the steps.
     rows
         The records, with these names as attributes.
 

@@ -268,17 +268,16 @@ class LoadSteps:
             self._reached()
             problem.evaluate()
             masters.look()
-            doubts.warn()
+            found = doubts.look()
             balance = ways.balance
             released = None if balance is None else balance.released
             if balance is not None and balance.has_snapped and not snapped:
                 snapped = True
                 least, most = balance.released
                 text = (
-                    f"a snap was passed before load factor {path.factor:.6g}, by way of "
-                    f'"{ways.used}": it sets an energy from {least:.3g} to {most:.3g} '
-                    "free, and without inertia its end is one of several. Smaller steps "
-                    "narrow both; control= follows the path of equilibria"
+                    f"a snap was passed before load factor {path.factor:.6g}: it sets an "
+                    f"energy from {least:.3g} to {most:.3g} free, and its end is one of "
+                    "several. Take smaller steps, or control="
                 )
                 warn(text)
             if self.history is not None:
@@ -301,6 +300,7 @@ class LoadSteps:
                 count,
                 released,
                 *effort.taken(),
+                found,
             )
         ways.finish()
         masters.warn()

@@ -26,6 +26,7 @@ from ..errors import (
     together,
     writing,
 )
+from ..finding import Finding
 from ..problem import CoupledProblem
 from ..results.sums import Statistics
 from ..solvers.solver import require_problem
@@ -60,6 +61,9 @@ class LoadStep:
         tries and larger steps that were halved.
     number
         Counts the accepted steps of the problem from 1, over all of its `LoadSteps`.
+    findings
+        All that is doubtful about the step's end, as of `NonlinearProblem.check`; contact
+        of few facets only where its force is the largest of the path so far.
     """
 
     # Name of the factor in the line of a step
@@ -73,6 +77,7 @@ class LoadStep:
     released: tuple[float, float] | None = field(default=None, repr=False)
     tangents: int = field(default=0, repr=False)
     solves: int = field(default=0, repr=False)
+    findings: list[Finding] = field(default_factory=list, repr=False)
 
 
 class Effort:

@@ -12,14 +12,11 @@ from dolfinx.fem import Function
 
 from ..diagnose.failure import FAILURES
 from ..errors import ContactWarning, SetUpError
+from ..interface.stiffness import BENDS
 from ..solvers.newton import NewtonSolver, SNESSolver
 from ..solvers.solver import temporarily
 from .prediction import Backoff
 from .soft_stick import SoftStick
-
-# Largest ratio of the soft coefficient to the one in use: with more, nothing is gained
-# (docs/measured/slip_fronts.md)
-BENDS = 0.015
 
 # Iterations of a solve above which another coefficient is worth its while, and number of
 # such steps in a row

@@ -16,7 +16,7 @@ from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
 from ..discretization.ranks import ends_of
 from ..discretization.surfaces import bodies_of_facets
 from ..errors import ConvergenceError, SetUpError, warn
-from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..solvers.solver import temporarily
 from ..state import State
@@ -222,9 +222,8 @@ class Stabilization:
             self._said = True
             warn(
                 f"{problem.convergence.groups.names()[body]} may "
-                f"{motion_in_words(problem, body, change)}: nothing resists that, and no "
-                f"more than {self.share:.1e} of its forces drives it. Viscous forces hold "
-                "it from here on; prescribe it if the place matters",
+                f"{motion_in_words(problem, body, change)}: nothing resists that. Viscous "
+                "forces hold it from here on; prescribe it if its place matters",
             )
         return iterations
 

@@ -11,6 +11,7 @@ from ..compat import Array
 from ..interface.point_results import CLOSED, along_normal, pressures
 from ..rigid.turning import directions_across
 from .labels import AxisOptions
+from .pieces import pieces_of_one_size
 from .tools import COLOUR
 
 MAPS = STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
@@ -139,8 +140,19 @@ def draw_surface(
     # The normal may point either way: light the side that the eye sees
     light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
     colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
-    style = {"edgecolors": "k", "lw": 0.12, "clip_on": False}
-    axes.add_collection3d(Poly3DCollection(polygons, facecolors=colours, **style))
+    # matplotlib sorts polygons by the depth of their middles, which hides parts of large
+    # ones behind others: pieces of one size are sorted right
+    pieces, of, outlines = pieces_of_one_size(polygons)
+    nearer = 0.5 * np.linalg.norm(np.diff(outlines, axis=1), axis=2)[..., None]
+    outlines = outlines + nearer * direction(azimuth, elevation)
+    both = [*pieces, *outlines[:, [0, 1, 1]]]
+    shown = np.concatenate([colours[of], np.zeros((len(outlines), 4))])
+    # Pieces have edges of their own colour, as gaps would show between them
+    strokes = np.concatenate(
+        [colours[of], np.tile((0.0, 0.0, 0.0, 1.0), (len(outlines), 1))]
+    )
+    style = {"facecolors": shown, "edgecolors": strokes, "lw": 0.15, "clip_on": False}
+    axes.add_collection3d(Poly3DCollection(both, **style))
     if len(curves):
         # matplotlib draws one collection wholly before another, which would hide half
         # of a tool around a body
@@ -154,7 +166,8 @@ def draw_surface(
     axes.set_zlim(limits[2])
     axes.set_box_aspect(np.ptp(limits, axis=1))
     axes.view_init(elevation, azimuth)
-    axes.set_proj_type("persp", focal_length=0.4)
+    # Outlines that are moved to the eye stay where they are in the picture
+    axes.set_proj_type("ortho")
     axes.set_axis_off()
     return mpl.cm.ScalarMappable(scale, STRESS_MAP)
 

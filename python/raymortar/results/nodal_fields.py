@@ -86,24 +86,11 @@ class ContactResults(Results):
         return self._average("gap", lambda points: points["gap"], elsewhere=elsewhere)
 
     def gap(self) -> Function:
-        """Gap at the slave nodes, negative in penetration; NaN where no hit. Length.
-
-        The gap of the law, with the offset. Average over the integration points around
-        each node. Collective.
-        """
+        """See `Contact.gap`. Collective."""
         return self._gap(np.nan)
 
     def traction(self, part: str = "total") -> Function:
-        """Contact traction on the slave, global coordinates; 0 elsewhere. Collective.
-
-        Per reference or current area, by `measure`.
-
-        Parameters
-        ----------
-        part
-            ``"total"``; ``"normal"``: along the normal of `frame`; ``"tangential"``: the
-            rest, which is friction.
-        """
+        """See `Contact.traction`. Collective."""
         check_part(part, self.surfaces.comm)
         name = "traction" if part == "total" else f"{part}_traction"
         return self._of_law(
@@ -111,26 +98,11 @@ class ContactResults(Results):
         )
 
     def pressure(self) -> Function:
-        """Contact pressure on the slave, **positive in compression**; 0 elsewhere.
-
-        The normal part of `traction`, of every method, per area as there. Where it is
-        negative the law holds in the mean only: see `points`. Collective.
-        """
+        """See `Contact.pressure`. Collective."""
         return self._of_law("pressure", at_points.pressures)
 
     def slip(self) -> Function:
-        """Slip since the accepted step, T_n w, at the slave nodes. Length. Collective.
-
-        The motion of the slave over the master point it meets now, in the slave's
-        tangent plane and in global coordinates, also where the contact is open; 0 where
-        no hit. After `advance` it stays that of the accepted step until the next
-        `update`. Without friction it is computed when this is called.
-
-        Raises
-        ------
-        ContactError
-            For a `Tie`.
-        """
+        """See `Contact.slip`. Collective."""
         if self.surfaces.tied is not None:
             raise ContactError("a Tie does not slip")
         if self.friction is not None:
@@ -191,7 +163,8 @@ class ContactResults(Results):
         Examples
         --------
         >>> points = contact.points()
-        >>> shear = np.linalg.norm(points["traction"], axis=1) - points["pressure"]
+        >>> n, t = points["normal"], points["traction"]
+        >>> shear = np.linalg.norm(t - np.sum(n * t, axis=1)[:, None] * n, axis=1)
         >>> contact.results.to_nodes(shear, "shear")
         """
         each = [values] if isinstance(values, np.ndarray) else values
@@ -214,11 +187,7 @@ class ContactResults(Results):
         )
 
     def status(self) -> Function:
-        """`Status` of the slave nodes: 0 no hit, 1 open, 2 stick, 3 slip. Collective.
-
-        The numbers of ``points()["status"]``. Contact without friction is slip. A law at
-        points gives a node what most of the area around it does. Zero off the slave.
-        """
+        """See `Contact.status`. Collective."""
         if self.surfaces.zones[0].has_law_at_nodes:
             return self._of_law("status", lambda at: at["status"])
         f = self._average("status", lambda at: at["status"] >= CLOSED, False, np.nan)
@@ -239,12 +208,7 @@ class ContactResults(Results):
         )
 
     def fields(self) -> list[Function]:
-        """All nodal results of the last `update`, for XDMF or VTK files. Collective.
-
-        Gap (0 where no hit: see coverage), normal and tangential traction, status,
-        coverage, the multiplier if there is one, slip with friction: write them next to
-        the displacement, ``io.write_xdmf(file, mesh, [u, *contact.fields()])``.
-        """
+        """See `Contact.fields`. Collective."""
         # DOLFINx 0.5 interpolates for XDMF, and a NaN then takes its whole cell
         found = [self._gap(0.0), self.traction("normal"), self.traction("tangential")]
         found += [self.status(), self.coverage()]
@@ -254,31 +218,14 @@ class ContactResults(Results):
         return found if multiplier is None else [multiplier, *found]
 
     def friction_work(self) -> float:
-        """Work that tangential tractions take in this step, before `advance`. Collective.
-
-        The integral of -t . T_n w over the slave surfaces: force times length, per
-        thickness in 2D, or of a full turn. The tractions at the end of the step count.
-        With the elastic penalty the springs store a part of it, the growth of
-        ``stored_energy("tangential")``.
-        """
+        """See `Contact.friction_work`. Collective."""
         if self.friction is None:
             return 0.0
         self._present.require_results()
-        return friction_work(self.zones)
+        return friction_work(self.zones, self.surfaces.multiplier)
 
     def stored_energy(self, part: str = "total") -> float:
-        """Energy that the penalty stores at the last `update`. Collective.
-
-        The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
-        length, per thickness in 2D, or of a full turn. 0 with a multiplier, and with
-        ``Penalty(exact=True)``, which has no penetration.
-
-        Parameters
-        ----------
-        part
-            ``"normal"``: in the penetration; ``"tangential"``: in the friction springs,
-            0 with ``tangential="rate"``, which has none; ``"total"``: in both.
-        """
+        """See `Contact.stored_energy`. Collective."""
         check_part(part, self._comm)
         if not isinstance(self._contact.method, Penalty) or self._contact.method.exact:
             return 0.0

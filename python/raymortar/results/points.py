@@ -204,7 +204,8 @@ class Results:
         """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
         points: dict[str, Any] = data.seen_points()
-        points.pop("dual", None)
+        for own in ("dual", "dissipated"):
+            points.pop(own, None)
         numbers = self.pair_table.of_surface(surface, data.facets.master_tags)
         # The last one is for points that hit no master
         points["pair"] = np.array([*numbers, -1], np.int32)[data.masters_of(points)]
@@ -233,6 +234,7 @@ class Results:
             warn(
                 "nothing has been solved yet: contact forces are those of the start, "
                 "zero but for a penalty's in overlaps",
+                page="use",
             )
 
     def write_segments(self, path: str | Path) -> None:

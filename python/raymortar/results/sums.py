@@ -9,6 +9,7 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.fem import Function
 
 from ..compat import Array, Indices, Mask
 from ..discretization.facets import dot
@@ -22,6 +23,7 @@ from ..interface.point_results import (
     largest_pressure,
     pressures,
     traction_part,
+    tractions,
 )
 from ..interface.zone_data import ZoneData
 from ..rigid.body import Body
@@ -252,12 +254,16 @@ def _sum_up(
     weight = points["weight"][:, None]
     forces = weight * points.get("dual", points["traction"])
     couples = forces - along_normal(points, forces)
-    moments = _moments(zone.arms(points), couples)
-    moments += _moments(points["x"], forces)
+    arms = zone.arms(points)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
         feet = zone.have_feet(points)[:, None]
+        moments = _moments(arms, couples) + _moments(points["x"], forces)
         moments = np.where(feet, moments, _moments(hits, forces))
+    else:
+        places, turned = zone.levers(points)
+        moments = _moments(arms, np.einsum("qij,qj->qi", turned, couples))
+        moments += _moments(places, forces)
     normal = along_normal(points, weight * points["traction"])
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
     zone.comm.Allreduce(MPI.IN_PLACE, sums)
@@ -291,8 +297,28 @@ def added(parts: Sequence[Resultant]) -> Resultant:
     )
 
 
-def friction_work(zones: Sequence[ZoneData]) -> float:
-    """Integrate what tractions take over the step's slip. Collective."""
+def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> float:
+    """Integrate what friction takes in the step, theory (7.2): at points, or at nodes
+    where the law holds there, with the weights of the means that it takes. Collective.
+    """
+    mine = sum(_friction_work(zone, multiplier) for zone in zones)
+    return float(zones[0].comm.allreduce(mine))
+
+
+def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
+    """The share of a zone on this rank."""
+    points = zone.points()
+    if multiplier is None or zone.dual_multiplier is None:
+        return float(points["weight"] @ points["dissipated"])
+    at = tractions(zone, multiplier)
+    hit = points["status"] >= OPEN
+    works = zone.between_nodes(-dot(at["traction"], at["slip"])[:, None], points, hit)
+    return float(points["weight"][hit] @ works[:, 0])
+
+
+def slip_work(zones: Sequence[ZoneData]) -> float:
+    """Integrate what tractions take over the step's slip, with what springs store.
+    Collective."""
     return _integral(zones, lambda p: -dot(p["traction"], p["slip"]))
 
 

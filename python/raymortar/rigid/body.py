@@ -6,18 +6,17 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from .. import _cpp
 from ..compat import Array
-from ..errors import ContactError, is_real_number, positive, require_agreement, vector
+from ..errors import ContactError, is_real_number, positive, vector
+from ..target import Target
 from .freedom import Freedom, by_name, inertia_tensor
 from .shapes import Shape, Vector
 
 
-class Body:
+class Body(Target):
     """A shape that moves by prescribed translations and rotations, or by forces.
 
     Parameters
@@ -107,11 +106,6 @@ class Body:
         self.cpp = self.freedom.cpp
         self.force = force  # type: ignore[assignment]
         self.moment = moment  # type: ignore[assignment]
-
-    @property
-    def is_free(self) -> bool:
-        """Whether any of its motions follows from forces."""
-        return len(self.freedom) > 0
 
     @property
     def force(self) -> Array:
@@ -285,96 +279,6 @@ def _turn(name: str, rotation: Any, gdim: int | None) -> Array:
     return vector(name, rotation, 3)
 
 
-def as_body(master: Any) -> Body | None:
-    """The body of a pair's master; None if the master is a tag."""
-    if isinstance(master, Body):
-        return master
-    return Body(master) if isinstance(master, Shape) else None
-
-
-# Largest rotation in one step with friction: after half a turn a slip has no direction.
-# Radians
-LARGEST_TURN = 0.5 * np.pi
-
-# `Body.motion` of each body, (n, 15)
-Motion = Array
-
-
-def require_same_loads(bodies: Sequence[Body], comm: MPI.Comm) -> None:
-    """Raise unless prescribed positions and loads agree on all ranks. Collective."""
-    if comm.size == 1 or not bodies:
-        return
-    found = [
-        {
-            f"translation of the rigid {body.name}": body.cpp.moved,
-            f"rotation of the rigid {body.name}": body.cpp.turned,
-            f"force of the rigid {body.name}": body.force,
-            f"moment of the rigid {body.name}": np.atleast_1d(body.moment),
-        }
-        for body in bodies
-    ]
-    for one in found:
-        texts = {name: str(tuple(value.tolist())) for name, value in one.items()}
-        require_agreement(comm, **texts)
-
-
-class Motions:
-    """Motions of some bodies: present ones and those of the accepted step.
-
-    A present position is a load, as a prescribed displacement is. An accepted position
-    is history.
-
-    Attributes
-    ----------
-    old
-        Motions at the accepted step, (n, 15).
-    """
-
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        self.bodies = tuple(bodies)
-        for body in bodies:
-            body.cpp.see()
-        self.old = self.present()
-
-    def present(self) -> Motion:
-        """Present motions, (n, 15)."""
-        found = [body.motion() for body in self.bodies]
-        return np.array(found, dtype=np.float64).reshape(-1, 15)
-
-    def have_moved(self) -> bool:
-        """Whether a body that is not free has moved since the accepted step."""
-        held = [not body.is_free for body in self.bodies]
-        return bool(np.any(self.present()[held] != self.old[held]))
-
-    def send_old(self, cpp: Any) -> None:
-        """Hand the accepted poses to a C++ zone."""
-        if self.bodies:
-            poses = [body.pose_of(one) for body, one in zip(self.bodies, self.old)]
-            cpp.set_old_poses(*map(np.array, zip(*poses)))
-
-    def accept(self) -> None:
-        """Take the motions of the last update as those of the accepted step."""
-        found = [body.cpp.seen for body in self.bodies]
-        self.old = np.array(found, dtype=np.float64).reshape(-1, 15)
-
-    def accepted(self, body: Body) -> Motion:
-        """Motion of a body at the accepted step, (15,)."""
-        return self.old[self.bodies.index(body)]
-
-    def begin_at_present(self, body: Body) -> None:
-        """Take the present position of a body as that of the accepted step."""
-        if body in self.bodies:
-            self.old = self.old.copy()
-            self.old[self.bodies.index(body)] = body.motion()
-
-    def turned_too_far(self) -> str | None:
-        """Message if a body turns too far in this step for friction, else None."""
-        for body, was in zip(self.bodies, self.old):
-            # The rotation between both is at most this; whole turns count too
-            angle = float(np.linalg.norm(body.cpp.turned - was[3:6]))
-            if angle >= LARGEST_TURN:
-                return (
-                    f"{body!r} turns by {angle:.3g} rad since the accepted step: with "
-                    f"friction it has to be less than {LARGEST_TURN:.3g}; take more steps"
-                )
-        return None
+def as_body(master: Any) -> Any:
+    """The body of a pair's master; what is no shape stays what it is."""
+    return Body(master) if isinstance(master, Shape) else master

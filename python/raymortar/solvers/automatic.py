@@ -94,6 +94,7 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
         warn(
             f"iterative({multigrid!r}) is iterative('bodies'), which takes no longer: its "
             "name goes in the next release",
+            page="solves",
         )
     elif multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
@@ -179,6 +180,7 @@ class SolverWithFallback(InnerSolvers):
                 f"{self.krylov.getIterationNumber()} iterations (PETSc's reason "
                 f"{self.krylov.getConvergedReason()}): the direct one takes over "
                 f"{until}",
+                page="solves",
             )
             self.krylov.reset()
         self._solve_directly(ksp, b, x)

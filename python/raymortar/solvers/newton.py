@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import compat
 from ..discretization.ranks import agreed_name, put_aside
-from ..errors import ContactError
+from ..errors import ContactError, NotFinite
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .linear import inexact, linear_options
@@ -142,8 +142,8 @@ class NewtonSolver(CoupledSolver):
             try:
                 iterations, converged = newton.solve(x)
                 return iterations, None if converged else ""
-            except ContactError as error:
-                # An iterate is not finite. A start that is not finite is the user's fault
+            except NotFinite as error:
+                # A start that is not finite is the user's fault
                 if not history:
                     raise
                 return len(history), f" ({error})"

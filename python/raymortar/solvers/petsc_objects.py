@@ -94,9 +94,9 @@ class PetscOptions:
         names, self._unread = ", ".join(map(repr, self._unread)), []
         if names:
             warn(
-                f"nothing has read the PETSc option(s) {names}: they are misspelt, or for "
-                "a type of solver that is not in use. Names have no dash and no prefix, "
-                "as 'snes_rtol', 'ksp_rtol', 'pc_type'",
+                f"nothing has read the PETSc option(s) {names}: misspelt, or of a "
+                "solver not in use. Names have no dash and no prefix, as 'snes_rtol'",
+                page="use",
             )
 
     def configure(self, thing: Any) -> None:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import logging
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
+
+from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import Function
 
+from .. import _cpp
 from ..compat import Array, Mask
 from ..errors import ContactError, is_real_number, together, warn
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
@@ -23,17 +27,19 @@ from ..interface.slave_nodes import (
     refuse_held_on_tools,
 )
 from ..interface.stiffness import (
+    BENDS,
     automatic_coefficients,
     contact_stiffness,
-    mean_facet_size,
     shear_moduli,
     soft_coefficients,
 )
 from ..interface.surface_compliance import SurfaceCompliance
-from ..interface.zone_data import on_sides
+from ..interface.zone_data import mean_facet_size, on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()
+
+log = logging.getLogger("raymortar")
 
 # Largest ratio of gamma to the stiffness, and of a penalty the inverse of the least:
 # beyond, one of the two is lost in the rounding errors of the other
@@ -87,6 +93,8 @@ class ContactAssembly:
         Number of this contact, which no other contact has.
     partners
         Numbers of all contacts of its problem, its own included.
+    method, why
+        Method with the law that was chosen, and why it was; None: it was given.
     gamma
         Coefficient in use, see `Contact`.
     own_gamma
@@ -106,9 +114,10 @@ class ContactAssembly:
         self,
         surfaces: ContactSurfaces,
         present: PresentState,
-        method: AugmentedLagrangian | Penalty,
     ) -> None:
-        self.surfaces, self.present, self._method = surfaces, present, method
+        self.surfaces, self.present = surfaces, present
+        self.method: AugmentedLagrangian | Penalty = surfaces.options.method
+        self.why = surfaces.why
         self.zones, self.layout = surfaces.zones, surfaces.layout
         self.unknowns = surfaces.unknowns
         self.number = next(_numbers)
@@ -125,6 +134,47 @@ class ContactAssembly:
         self._prescribed: Prescribed | None = Prescribed((), free)
         self._known: list[Prescribed] = []
         self._crosses = False  # whether nodes are damped that are not held
+        self._log_choice()
+
+    # Law
+
+    def change_law(self, condition: str, multiplier: str | None, why: str) -> bool:
+        """Take another law of the same unknowns, if the present one was chosen and no
+        step depends on it. A multiplier None is the present one. Collective.
+
+        Returns
+        -------
+        Whether the contact has that law now.
+        """
+        method, is_chosen = self.method, self.why is not None
+        if isinstance(method, Penalty) or not is_chosen:
+            return False
+        if self.surfaces.comm.allreduce(self.present.has_history, op=MPI.LOR):
+            return False
+        self.method = method = replace(
+            method, condition=condition, multiplier=multiplier or method.multiplier
+        )
+        self.why = why
+        at = getattr(_cpp.Condition, condition)
+        for zone in self.zones:
+            zone.cpp.set_law(at, method.is_dual)
+            zone.has_law_at_nodes = condition == "nodes"
+            zone.dual_multiplier = self.surfaces.multiplier if method.is_dual else None
+        self._forget_prescribed()  # zones have forgotten it
+        self.present.note_change()
+        self._log_choice()
+        return True
+
+    def _log_choice(self) -> None:
+        """Tell which law was chosen, once over all ranks."""
+        if self.why is not None and self.surfaces.comm.rank == 0:
+            log.info(
+                "contact of %s: law at %s%s, as %s",
+                self.surfaces.tags,
+                self.method.condition,
+                " with dual multipliers" * self.method.is_dual,
+                self.why,
+            )
 
     def set_gamma(self, gamma: Coefficient, own: Coefficient | None = None) -> None:
         """Set the coefficient; see `Contact.set_gamma`. Given its own, it is lent to the
@@ -202,14 +252,29 @@ class ContactAssembly:
         """Take a volume, and the automatic gamma from it if none is set. Collective."""
         self.volume = volume
         self._forget_prescribed()  # held nodes need its stiffness
+        if self._bends(bcs, compliance):
+            self.change_law("nodes", None, "bodies bend")
         if self.gamma is None:
             tables = automatic_coefficients(
-                self.surfaces, volume, self._method, bcs, compliance
+                self.surfaces, volume, self.method, bcs, compliance
             )
             self.automatic_gamma = one_or_each(self.surfaces.interfaces, tables)
             self.set_gamma(self.automatic_gamma)
         elif is_real_number(self.gamma):
             self._check_size(bcs)
+
+    def _bends(self, bcs: Sequence[Any], compliance: SurfaceCompliance) -> bool:
+        """Whether a law at points was chosen for its degree, and surfaces yield far more
+        than single facets: the ratio of (5.16) to (5.2). Collective."""
+        degree = self.zones[0].facets.slave_surface.displacement_degree
+        chosen = self.why is not None and self.method.condition == "points"
+        if self.volume is None or not chosen or degree == 1:
+            return False
+        stiffness = self._stiffness(bcs)
+        if stiffness is None:
+            return False
+        soft = soft_coefficients(self.surfaces.interfaces, self.volume, bcs, compliance)
+        return all((a < BENDS * b).all() for a, b in zip(soft, stiffness))
 
     def softer(
         self, bcs: Sequence[Any], compliance: SurfaceCompliance
@@ -217,7 +282,7 @@ class ContactAssembly:
         """Coefficient of a law at nodes; None for one, ties, penalties and forms without
         stiffness. Traction per length. Collective."""
         surfaces, volume = self.surfaces, self.volume
-        at_points = getattr(self._method, "condition", "points") == "points"
+        at_points = getattr(self.method, "condition", "points") == "points"
         led = surfaces.tied is None and surfaces.multiplier is not None
         if volume is None or not (at_points and led) or self._stiffness(()) is None:
             return None
@@ -236,14 +301,13 @@ class ContactAssembly:
         least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
         text = (
             f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
-            f"bodies over the area of their facets, a traction per length of "
-            f"{stiffness:.3g} here: leave gamma out"
+            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
         )
         if not least < ratio < FROM_STIFFNESS:
             raise ContactError(text)
         is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
         if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it")
+            warn(f"{text}, as Newton's method may fail with it", page="contact")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

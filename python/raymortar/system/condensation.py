@@ -249,7 +249,7 @@ class Condensation:
         # The law of a kept one is minus it, but for what it does not depend on
         rest = self._held & self._kept & (weights > 0.0)
         self._by_own_law = np.zeros(self._count)
-        self._by_own_law[rest] = (gammas / (weights * scales**2))[rest]
+        self._by_own_law[rest] = gammas[rest] / (weights * scales**2)[rest]
         # An open node then has the force that its row gives
         self._by_law = np.where(self._found, -gammas / scales, 0.0)
         self._extension(weights > 0.0)

@@ -17,11 +17,11 @@ from ..discretization.forms import check_compiled
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, raise_everywhere, together
+from ..hooks import hooks
 from ..interface.coefficients import PairCoefficients
 from ..interface.probing import VolumePattern
 from ..interface.surface_compliance import SurfaceCompliance
 from .assembly import ContactAssembly
-from .free_bodies import FreeBodies
 from .iterates import CoupledIterates
 from .memory import require_memory
 
@@ -35,13 +35,14 @@ class CoupledSystem(CoupledIterates):
 
     def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
         super().__init__(unknowns, parts)
-        self._free_bodies: FreeBodies | None = None
+        self._free_bodies: Any = None
 
     @property
-    def free_bodies(self) -> FreeBodies:
+    def free_bodies(self) -> Any:
         """Equations of the free rigid bodies. Collective."""
         if self._free_bodies is None or self._free_bodies.layout is not self.layout:
-            self._free_bodies = FreeBodies(self)
+            assert hooks.free_bodies is not None, "no target is free in the core alone"
+            self._free_bodies = hooks.free_bodies(self)
         return self._free_bodies
 
     # Volume

@@ -265,9 +265,9 @@ class FluxPart:
         raise_everywhere(self._comm, fault, SetUpError)
         if self._comm.allreduce(int(uphill)):
             warn(
-                f"Flux.law lets {self.name} flow from where it is low to where it is "
-                "high, with closed contact and no slip: q is the flux from the slave to "
-                "the master, positive where T_s > T_m",
+                f"Flux.law lets {self.name} flow from low to high, with closed contact "
+                "and no slip. q goes from slave to master, positive where T_s > T_m",
+                page="fields",
             )
         self._is_checked = self._comm.allreduce(count) > 0
 

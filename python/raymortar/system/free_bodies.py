@@ -12,7 +12,7 @@ import numpy as np
 from ..compat import Array
 from ..errors import ConvergenceError, SetUpError, format_point, warn
 from ..interface.point_results import OPEN
-from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
 from ..rigid.body import Body
 from .assembly import ContactAssembly
@@ -212,14 +212,14 @@ class FreeBodies:
         is_turned = np.linalg.norm(loose.T @ pushed) > AT_REST * np.linalg.norm(pushed)
         text = (
             f"the rigid {body.name} {'is turned' if is_turned else 'may turn'} about an "
-            f"axis of its symmetry, and without friction nothing resists that: leave "
-            f"{names} out of free, or give it stiffness or the Contact friction"
+            f"axis of its symmetry, and nothing resists that: leave {names} out of free, or "
+            "give stiffness or friction"
         )
         if is_turned:
             raise SetUpError(text)
         if body not in self._told:
             self._told.add(body)
-            warn(text)
+            warn(text, page="contact")
 
     def _loose_turns(self, body: Body) -> Array:
         """Turns that change no gap and that no spring resists, as orthonormal columns

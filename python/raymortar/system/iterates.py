@@ -17,7 +17,7 @@ from ..compat import Array, Indices, Mask
 from ..discretization.layout import CoupledRows, Layout
 from ..discretization.surfaces import Bodies
 from ..discretization.unknowns import Field, Lacking, Unknowns
-from ..errors import ContactError, SetUpError, raise_everywhere
+from ..errors import ContactError, NotFinite, SetUpError, raise_everywhere
 from .assembly import ContactAssembly
 
 # Without Python frames: each iterate asks
@@ -189,7 +189,7 @@ class CoupledIterates:
             bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
             if bad and message is None:
                 message = f"the {name} has {bad} entries that are not finite"
-        raise_everywhere(self.comm, message)
+        raise_everywhere(self.comm, message, NotFinite)
 
     def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
         """Send the present state to the zones and pair them. Collective."""

@@ -45,6 +45,7 @@ struct Facing
   double lam_scale = 0.7;
   Vec<F::dofs> gamma;
   Vec<F::dofs> offset = Vec<F::dofs>::Zero();
+  bool couples_over_gaps = false;
   Mat<D, F::dofs> traction_old;
   Coulomb friction;
   bool has_coefficient = false;
@@ -112,7 +113,9 @@ struct FacingFacets
       xi.template head<F::tdim>() = 0.8 * random_inside<F>(random);
       points.push_back({xi, 0.1 + 0.05 * q, 0.12 + 0.03 * q});
     }
-    start.offset.setConstant(random() % 2 == 0 ? 0.01 : 0.0);
+    const auto drawn = random();
+    start.offset.setConstant(drawn % 2 == 0 ? 0.01 : 0.0);
+    start.couples_over_gaps = drawn / 2 % 2 == 0;
   }
 
   static void spin(typename F::NodeMatrix& nodes, double angle, double stretch)
@@ -172,6 +175,7 @@ struct FacingFacets
     s.measure = e.measure;
     s.gamma.nodal = values(e.gamma);
     s.offset.nodal = values(e.offset);
+    s.couples_over_gaps = e.couples_over_gaps;
     if constexpr (has_friction)
     {
       s.friction = e.friction;

@@ -100,8 +100,9 @@ TYPED_TEST(ElementTest, MomentIsThatOfTheTractionsOverTheGap)
       }
       const ContactState state = FacingFacets<C>::state(e, pair.points, true);
       const PointResults points = make_assembler(state)->results(state);
-      const bool has_couple = FacingFacets<C>::has_friction and
-                              (C::components == 0 or e.offset[0] != 0.0);
+      const bool has_couple =
+          FacingFacets<C>::has_friction and
+          (C::components == 0 or e.offset[0] != 0.0 or e.couples_over_gaps);
       for (std::size_t q = 0; q < pair.points.size() and not has_couple; ++q)
       {
         const Vec<D> n(points.normal.data() + D * q);

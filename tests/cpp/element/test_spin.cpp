@@ -38,7 +38,7 @@ using Facets = testing::Types<Triangle1, Triangle2, Quad1, Quad2>;
 TYPED_TEST_SUITE(SpinTest, Facets);
 } // namespace
 
-TYPED_TEST(SpinTest, TurnsASlideByHalfOfTheAngleBetweenTheBodies)
+TYPED_TEST(SpinTest, TurnsAChordToTheEndOfItsArc)
 {
   using F = TypeParam;
   Random random(1);
@@ -53,7 +53,9 @@ TYPED_TEST(SpinTest, TurnsASlideByHalfOfTheAngleBetweenTheBodies)
       spin.set(frames<F>(x, Q * turn(slave, n) * x),
                frames<F>(y, Q * turn(master, n) * y));
       const Vec<3> v = n.cross(random.vector<3>());
-      const Vec<3> expected = Q * turn(0.5 * (slave - master), n) * v;
+      const double half = 0.5 * (slave - master);
+      const double arc = half == 0.0 ? 1.0 : half / std::sin(half);
+      const Vec<3> expected = arc * (Q * turn(half, n) * v);
       EXPECT_LE((spin.turned(Q * v) - expected).norm(), 1e-13);
     }
 }
@@ -68,7 +70,7 @@ TYPED_TEST(SpinTest, StretchAndTiltAreNone)
   stretch(0, 1) = stretch(1, 0) = 0.2;
   Spin<3> spin;
   spin.set(frames<F>(x, tilt * x), frames<F>(y, y));
-  EXPECT_NEAR(spin.sine, 0.0, 1e-15);
+  EXPECT_NEAR(spin.half, 0.0, 1e-15);
   spin.set(frames<F>(x, stretch * x), frames<F>(y, y));
-  EXPECT_NEAR(spin.sine, 0.0, 1e-15);
+  EXPECT_NEAR(spin.half, 0.0, 1e-15);
 }

@@ -139,32 +139,34 @@ AT = {
 }
 
 
-def led(cell, counts, law, held, degree=1, on=("slave",), **options):
-    """A block on one of equal width, under a load; components of some of its surfaces are
-    held, the first one led by the Constant that is returned with it."""
+def led(
+    cell, counts, law, held, degree=1, on=("slave",), width=1.5, more=(), **options
+):
+    """A block on a wider one, under a load; components of some of its surfaces are held,
+    the first one led by the Constant that is returned with it, and `more` by name."""
     size = (1.0,) * DIMENSION[cell]
     scene = two_blocks(
-        COMM, len(size), cell, *counts, lower_size=(1.5, *size[1:]), upper_size=size
+        COMM, len(size), cell, *counts, lower_size=(width, *size[1:]), upper_size=size
     )
     x = fem.Constant(scene.mesh, 0.0)
 
     def bcs(V, scene):
-        values = [x if i == 0 else 0.0 for i in held]
+        values = [x, *[0.0 for _ in held[1:]]]
         own = [
             fix(V, scene, name, i, value)
             for name in on
             for i, value in zip(held, values)
         ]
-        return [fix(V, scene, "bottom"), *own]
+        also = [fix(V, scene, name, i) for name, i in more]
+        return [fix(V, scene, "bottom"), *own, *also]
 
     case = build(
         scene,
         degree,
         method=AT[law],
-        friction=Coulomb(0.3),
         bcs=bcs,
         loaded=["top"],
-        **({"load": -4.0} | options),
+        **({"load": -4.0, "friction": Coulomb(0.3)} | options),
     )
     return case, x
 
@@ -201,22 +203,68 @@ def test_slaves_led_along_the_surface_are_refused(cell, degree, counts, law):
     assert found.force[0] == pytest.approx(0.3 * 4.0, rel=2e-2)
 
 
+@pytest.mark.mpi(where=lambda law, **_: law == "nodes")
+@pytest.mark.parametrize("law", AT)
+def test_slaves_led_along_one_axis_are_refused(law):
+    """Free along the other axis, in which friction holds the slave."""
+    case, _ = led("hexahedron", (2, 4), law, [0])
+    with pytest.raises(SetUpError, match="is prescribed along x, and"):
+        SNESSolver(case.problem)
+    case, x = led("hexahedron", (2, 4), law, [0], swap=True)
+    solver = SNESSolver(case.problem)
+    for place in (0.0, 0.02, -0.02):
+        sign = np.sign(place - x.value)
+        x.value = place
+        iterations, _ = solver.solve()
+        assert iterations <= 8
+        (found,) = case.contact.results.resultants()
+        assert found.force[2] == pytest.approx(-4.0, rel=1e-9)
+        assert found.force[0] == pytest.approx(sign * 0.3 * 4.0, rel=1e-2)
+        assert abs(found.force[1]) < 1e-9 * 4.0
+        case.contact.advance()
+
+
+@pytest.mark.mpi(where=lambda law, **_: law == "nodes")
+@pytest.mark.parametrize("law", AT)
+@pytest.mark.parametrize("friction", [None, Coulomb(0.3)])
+@pytest.mark.parametrize(
+    "cell, counts", [("quadrilateral", (4, 8)), ("hexahedron", (2, 3))]
+)
+def test_slaves_led_along_the_normal_are_refused(cell, counts, friction, law):
+    """In the other order they are pressed in few iterations."""
+    last = DIMENSION[cell] - 1
+    options = dict(friction=friction, width=1.0, more=[("top", i) for i in range(last)])
+    case, _ = led(cell, counts, law, [last], **options)
+    with pytest.raises(SetUpError, match="is prescribed along [yz], and"):
+        SNESSolver(case.problem)
+    case, y = led(cell, counts, law, [last], swap=True, **options)
+    solver = SNESSolver(case.problem)
+    for place in (-0.01, -0.02):
+        y.value = place
+        iterations, _ = solver.solve()
+        assert iterations <= 8
+        case.contact.advance()
+    (found,) = case.contact.results.resultants()
+    assert found.force[-1] < -1.0
+
+
 @pytest.mark.parametrize("law", AT)
 @pytest.mark.parametrize(
-    "cell, counts, held, on",
+    "cell, counts, friction, held, on",
     [
-        ("quadrilateral", (4, 8), (0,), ("upper_left",)),  # symmetry at the edge
-        ("hexahedron", (2, 4), (1,), ("slave",)),  # free along x
-        (
-            "quadrilateral",
-            (4, 8),
-            (1,),
-            ("slave",),
-        ),  # prescribed along the normal alone
+        # Symmetry at the edge
+        ("quadrilateral", (4, 8), 0.3, (0,), ("upper_left",)),
+        # Rollers without friction
+        ("hexahedron", (2, 4), None, (0, 1), ("slave",)),
+        # The master is held there, too
+        ("hexahedron", (2, 4), 0.3, (1,), ("slave", "master")),
     ],
 )
-def test_slaves_that_may_slide_are_let_pass(cell, counts, held, on, law):
-    case, _ = led(cell, counts, law, held, on=on)
+def test_slaves_are_let_pass_where_they_or_no_side_balance(
+    cell, counts, friction, held, on, law
+):
+    friction = None if friction is None else Coulomb(friction)
+    case, _ = led(cell, counts, law, held, on=on, friction=friction)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         SNESSolver(case.problem)

@@ -38,7 +38,7 @@ def test_inertia_is_told_once(more):
         problem_with(more)
     texts = [str(w.message) for w in found if w.category is ContactWarning]
     assert len(texts) == 1
-    assert "u_old" in texts[0] and "docs/dynamics.md" in texts[0]
+    assert "u_old" in texts[0] and "docs/messages/fields.md" in texts[0]
     assert found[0].filename == __file__
 
 

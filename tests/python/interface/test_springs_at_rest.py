@@ -70,9 +70,7 @@ def ratio(cell, degree, kind):
 @pytest.mark.parametrize("kind", ["overhang", "many"])
 @pytest.mark.parametrize("regime", [STICK, SLIP])
 def test_rigid_slider_at_rest_keeps_its_traction(cell, degree, kind, regime):
-    """Closed in part; covered in part with the overhang. The field of traction is
-    linear where it sticks, and where it slips under a pressure that is linear: the
-    first step keeps it, but for small corners of facets in 3D that are closed."""
+    """Closed in part; covered in part with the overhang."""
     law = Stick() if regime == STICK else Coulomb(0.5 * ratio(cell, degree, kind).min())
     slider = Slider(cell, degree, law, kind)
     slider.move(0.0)
@@ -80,23 +78,19 @@ def test_rigid_slider_at_rest_keeps_its_traction(cell, degree, kind, regime):
     slider.move(SHEAR)
     status = gathered.points(slider.contact)["status"]
     assert {OPEN, regime} <= set(status) <= {NONE, OPEN, regime}
-    corners = regime == SLIP and slider.case.dim == 3
-    assert slider.rest(1) <= (0.1 if corners else 1e-10)
     assert slider.rest() <= 1e-10
 
 
 @pytest.mark.mpi(where=lambda degree, **_: degree == 1)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_partial_slip_at_rest_keeps_its_traction(cell, degree):
-    """No polynomial holds both stick and slip: the first step of rest starts from the
-    nearest one, and nothing changes any more."""
+    """No polynomial holds both stick and slip: what it lacks is held at the points."""
     mu = np.median(ratio(cell, degree, "many"))
     slider = Slider(cell, degree, Coulomb(mu), "many")
     slider.move(0.0)
     slider.contact.advance()
     slider.move(SHEAR)
     assert {STICK, SLIP, OPEN} <= set(gathered.points(slider.contact)["status"])
-    assert slider.rest(1) <= 0.5
     assert slider.rest() <= 1e-10
 
 
@@ -180,9 +174,6 @@ def change_at_rest(problem):
 @pytest.mark.mpi
 def test_block_over_a_rim_rests_in_balance(cell_2d):
     problem = over_a_rim(cell_2d, Penalty(100.0))
-    for _ in range(10):  # the springs settle in their space on the facets
-        problem.solve()
-        problem.contact.advance()
     assert change_at_rest(problem) <= 1e-10
 
 

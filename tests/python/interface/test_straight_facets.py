@@ -63,16 +63,31 @@ def test_sagittas_are_found_across_ranks_too(node):
     chord = 0.5 * (h + h * np.hypot(1.0, slope))
     expected = np.arctan(slope) * chord / 8.0
     assert largest_sagitta(surface, COMM) == pytest.approx(expected, rel=1e-9)
-    # And said of surfaces that touch but for rounding
-    assert len(found) == 1
+    # And noted of surfaces that touch but for rounding, which say it when pressed
+    assert found == []
+    assert case.contact.zones[0].off_curve == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.quick
 @pytest.mark.mpi
 @pytest.mark.parametrize("gap", [0.002, -0.002])
-def test_a_small_gap_or_overlap_is_told(cell_2d, gap):
-    found, _ = told(arch(cell_2d, gap))
-    assert len(found) == 1 and "degree 2" in found[0] and "smooth=True" in found[0]
+@pytest.mark.parametrize("depth, is_wrong", [(0.0015, True), (0.05, False)])
+def test_a_small_gap_or_overlap_is_told_if_bodies_are_pressed_by_little(
+    cell_2d, gap, depth, is_wrong
+):
+    """The error of the gap is 10 % of how far bodies are pressed, or more."""
+    down = np.array((0.0, -depth - max(gap, 0.0)))
+    found, case = told(
+        arch(cell_2d, gap),
+        bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=down)],
+    )
+    assert found == []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        case.problem.solve()
+    (one,) = (one for one in case.problem.check() if "straight facets" in one.text)
+    assert one.is_wrong is is_wrong and "degree 2" in one.remedy
+    texts = [str(w.message) for w in caught if "straight facets" in str(w.message)]
+    assert texts == [f"{one} (docs/messages/warnings.md)"] * is_wrong
 
 
 @pytest.mark.mpi
@@ -102,11 +117,13 @@ def noisy(noise):
 
 
 @pytest.mark.mpi
-def test_noise_is_told_with_what_takes_it_off():
-    found, case = told(noisy(2e-3))
-    assert len(found) == 1 and "contact.adjust(within=" in found[0]
+def test_what_takes_noise_off_is_told():
+    _, case = told(noisy(2e-3), bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
     changed = case.contact.adjust(within=0.01)
     assert changed.facets > 0 and changed.largest < 0.01
+    case = build(noisy(2e-3), bcs=lambda V, s: [fix(V, s, ["bottom", "top"])])
+    with pytest.warns(ContactWarning, match=r"straight facets .*adjust\(within="):
+        case.problem.solve()
 
 
 @pytest.mark.mpi

@@ -115,8 +115,8 @@ def test_surfaces_that_bend_have_the_friction_of_their_tilt(E, law):
         case.solve(SNESSolver)
         forces.append(split(case, np.eye(3)[-1])[1])
     strain = PRESS / E
-    assert worst(forces[1]) < 1e-2 * strain * PRESS
-    assert worst(forces[1] - forces[0]) < 2e-3 * strain * PRESS
+    assert worst(forces[1]) < 5e-3 * strain * PRESS
+    assert worst(forces[1] - forces[0]) < 1e-3 * strain * PRESS
 
 
 @pytest.mark.quick
@@ -156,11 +156,14 @@ def test_oblique_surfaces_have_none_either(law):
 )
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("held", [(0,), (1,), (2,), (0, 1), (1, 2)])
-@pytest.mark.parametrize("nu, bound", [(0.0, 1e-8), (0.3, 2e-3)])
-def test_oblique_surfaces_in_space(nu, bound, law, held):
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_oblique_surfaces_in_space(nu, law, held):
     """One free direction leaves no slip. Two leave one, across the held axis and the
     normal; the rest of the tangent plane has no friction, where contact is closed
-    throughout (nu = 0). Points that open along a free axis move along the surface."""
+    throughout (nu = 0, and where z is free). Points that open along another axis move
+    along the surface, which counts as slip; at nodes the mean gap stays closed."""
+    opens = nu > 0.0 and 2 in held
+    bound = {"points": 1.5e-3}.get(law, 5e-6) if opens else 1e-10
     scene = blocks("hexahedron", (2, 3), rotation=SPUN)
     n = SPUN[:, 2]
     case = pressed("hexahedron", 1, law, held, scene=scene, friction=2.0, nu=nu)
@@ -271,7 +274,8 @@ def test_one_cell_is_led_in_few_tangents(count, friction, law):
         load=load,
     )
     solver = SNESSolver(case.problem)
-    solver.solve()
+    assert solver.solve()[0] <= 4
+    assert case.contact.resultant(0).force[2] == pytest.approx(100.0, rel=1e-9)
     case.contact.advance()
     for place in (1.0, -1.0, 1.0):
         start = float(y.value)
@@ -281,6 +285,8 @@ def test_one_cell_is_led_in_few_tangents(count, friction, law):
 
         (step,) = LoadSteps(solver, lead, 1, progress=False)
         assert step.tangents <= 8
+        # The cells' own stiffness times the motion, and not that of a wild traction
+        assert max(case.problem.history) < 1e6
         force = case.contact.resultant(0).force
         assert force[2] == pytest.approx(100.0, rel=1e-9)
         assert force[1] == pytest.approx(-np.sign(place) * friction * 100.0, rel=1e-3)

@@ -56,6 +56,30 @@ def test_a_path_goes_on_as_if_it_had_not_stopped(name, folder):
     assert worst(a - b) <= 1e-10 * worst(a)
 
 
+@pytest.mark.parametrize("rolled_back", [False, True])
+def test_friction_that_nothing_feels_goes_on(rolled_back, folder):
+    """From a file, and after a step that has been gone back from, to rounding."""
+    through, other = (restarts.model("held along the surface", COMM) for _ in "ab")
+    half = restarts.STEPS // 2
+    through.follow(0, half)
+    contact = through.problem.contact
+    through.checkpoint(folder / "path.chk").write(0.5)
+    expected = contact.resultant(0).force.copy()
+    assert expected[0] == pytest.approx(-0.3 * expected[1], rel=1e-3)
+    through.follow(half, restarts.STEPS)
+    if rolled_back:
+        other.follow(0, half)
+        state = other.problem.contact.state()
+        other.follow(half, restarts.STEPS)
+        other.problem.contact.restore(state)
+    else:
+        other.checkpoint(folder / "path.chk").read()
+    other.follow(half, restarts.STEPS)
+    assert contact.resultant(0).force[0] == pytest.approx(expected[0], rel=1e-10)
+    one, two = (m.problem.contact.multiplier.x.array for m in (through, other))
+    assert worst(one - two) <= 1e-12 * worst(one)
+
+
 @pytest.mark.parametrize("name", restarts.CASES)
 @pytest.mark.parametrize("first", [True, False])
 def test_other_ranks_go_on_from_it(name, first, folder):

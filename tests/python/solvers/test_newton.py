@@ -147,6 +147,19 @@ def test_load_steps_reach_the_end(cell, solver):
 
 @pytest.mark.mpi
 @pytest.mark.parametrize("solver", SOLVERS)
+def test_faults_of_a_tangent_are_not_taken_for_divergence(solver, monkeypatch):
+    problem = squeeze(blocks("quadrilateral"), 1)[0].problem
+
+    def refuse(*_):
+        raise ContactError("the tangent has a fault")
+
+    monkeypatch.setattr(problem, "J", refuse)
+    with pytest.raises(ContactError, match="^the tangent has a fault$"):
+        solver(problem).solve()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_load_steps_halve_where_newton_fails(cell_2d, solver):
     problem, steps = top_moves(cell_2d, solver, steps=1)
     tolerate(problem.solver, max_it=3)
