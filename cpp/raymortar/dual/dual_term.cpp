@@ -159,8 +159,8 @@ NodeSums DualTerm::sum_nodes(const ContactState& s)
 {
   _facets = dual_facets(s, _basis);
   FacetIntegrals tested;
-  NodeSums sums = dynamic_cast<const NodalAssembler&>(*assembler())
-                      .node_sums(s, &tested);
+  NodeSums sums =
+      dynamic_cast<const NodalAssembler&>(*assembler()).node_sums(s, &tested);
   _functions->gap_tests = dual_gap_tests(s, _basis, _facets, tested);
   add_tested_gaps(s, _facets, _functions->gap_tests, sums);
   return sums;
@@ -188,8 +188,7 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
     on(segment.slave).push_back(segment.master);
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
-    if (not _facets.empty() and
-        not _facets[static_cast<std::size_t>(f)].varies)
+    if (not _facets.empty() and not _facets[static_cast<std::size_t>(f)].varies)
       continue;
     sort_unique(on(f));
     for (const Index first : on(f))
@@ -208,8 +207,8 @@ Work DualTerm::residual(const ContactState& s, VectorSink& sink) const
     const DualFacet& facet = _facets[static_cast<std::size_t>(f)];
     if (not facet.is_covered or facet.slack() == 0.0)
       continue;
-    const Eigen::VectorXd forces = held_back(s, _basis, facet) *
-                                   flat(dual_coefficients(s, facet, f));
+    const Eigen::VectorXd forces =
+        held_back(s, _basis, facet) * flat(dual_coefficients(s, facet, f));
     sink.add({f}, {forces.data(), static_cast<std::size_t>(forces.size())});
   }
   return work;
@@ -232,8 +231,7 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Unknowns own{f, f, no_index};
     if (not facet.is_covered or facet.slack() == 0.0 or not sink.wants(own))
       continue;
-    const Block by_lam = s.multipliers.scale *
-                         held_back(s, _basis, facet) *
+    const Block by_lam = s.multipliers.scale * held_back(s, _basis, facet) *
                          by_component(facet.from_nodal(), M);
     sink.add({f}, {no_index, f, no_index}, by_lam.data());
   }
@@ -242,8 +240,7 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Unknowns columns = columns_of(s, rate);
     if (not sink.wants(columns))
       continue;
-    const DualFacet& facet =
-        _facets[static_cast<std::size_t>(rate.slave)];
+    const DualFacet& facet = _facets[static_cast<std::size_t>(rate.slave)];
     const Eigen::Index count = rate.rows.rows() - 1;
     const Block change =
         by_component(facet.inverse, M) * rate.rows.topRows(count);
@@ -258,8 +255,8 @@ Work DualTerm::tangent(const ContactState& s, MatrixSink& sink) const
     const Eigen::VectorXd spread =
         flat(_basis.rows * Eigen::MatrixXd(_basis.spread) *
              dual_coefficients(s, facet, rate.slave));
-    const Block held = held_back(s, _basis, facet) * change +
-                       spread * rate.rows.row(count);
+    const Block held =
+        held_back(s, _basis, facet) * change + spread * rate.rows.row(count);
     sink.add({rate.slave}, columns, held.data());
   }
   return work;

@@ -133,10 +133,7 @@ public:
   }
 
 protected:
-  [[nodiscard]] const Functions* functions() const
-  {
-    return _functions.get();
-  }
+  [[nodiscard]] const Functions* functions() const { return _functions.get(); }
 
   /// Call visit(point) where there is something to integrate, with the point's
   /// data in place

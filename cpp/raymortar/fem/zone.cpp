@@ -239,10 +239,7 @@ void Zone::set_node_sums(std::span<const double> sums)
   _has_node_sums = true;
 }
 
-Springs Zone::accepted_springs() const
-{
-  return _interface.accepted_springs();
-}
+Springs Zone::accepted_springs() const { return _interface.accepted_springs(); }
 
 template <int D>
 void Zone::update_halo()

@@ -24,9 +24,9 @@ public:
 /// too.
 /// @param[in] functions In place of the shape functions of the multiplier,
 /// whenever it assembles; null: those
-[[nodiscard]] std::unique_ptr<Assembler> make_nodal_assembler(
-    const ContactState& s,
-    std::shared_ptr<const NodeFunctions> functions = nullptr);
+[[nodiscard]] std::unique_ptr<Assembler>
+make_nodal_assembler(const ContactState& s,
+                     std::shared_ptr<const NodeFunctions> functions = nullptr);
 
 /// @brief That in dimension D; each has its own unit.
 template <int D>

@@ -116,11 +116,10 @@ public:
     {
       points->take(e);
       if (points->has_target)
-        Base::for_points(*points, e,
-                         [&](std::size_t) {
-                           add_point(*points, s.elements.slave[e], sums,
-                                     tested);
-                         });
+        Base::for_points(
+            *points, e,
+            [&](std::size_t)
+            { add_point(*points, s.elements.slave[e], sums, tested); });
     }
     return sums;
   }

@@ -31,7 +31,7 @@ struct GapTests
 /// @brief The functions of all facets.
 struct NodeFunctions
 {
-  FacetTractions tractions; ///< at the nodes of each facet
+  FacetTractions tractions;        ///< at the nodes of each facet
   std::vector<GapTests> gap_tests; ///< empty: points are not known yet
 };
 } // namespace raymortar
