@@ -3,8 +3,8 @@
 #include "raymortar/element/assembler.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
-#include "raymortar/rigid/freedom.h"
 #include "raymortar/rigid/shapes.h"
+#include "raymortar/target/freedom.h"
 #include "rules.h"
 #include "surfaces.h"
 #include <algorithm>

@@ -24,7 +24,7 @@ import stages
 
 HERE = Path(__file__).parent
 FACETS = {"interval": "2D", "triangle": "tets", "quadrilateral": "hexes"}
-STRATEGIES = ("bvh", "advancing-front", "pang")
+STRATEGIES = ("bvh", "pang")
 
 
 def cells_for(shape, facets):

@@ -7,6 +7,7 @@ namespace raymortar::bindings
 {
 void bind_geometry(py::module_& m);
 void bind_surface(py::module_& m);
+void bind_zone_input(py::module_& m);
 void bind_zone(py::module_& m);
 void bind_assembly(py::module_& m);
 void bind_flux(py::module_& m);

@@ -1,6 +1,6 @@
 #include "bind.h"
-#include "raymortar/element/flux.h"
 #include "raymortar/fem/zone.h"
+#include "raymortar/flux/flux.h"
 #include "structs.h"
 
 namespace raymortar::bindings

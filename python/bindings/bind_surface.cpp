@@ -1,5 +1,6 @@
 #include "bind.h"
 #include "raymortar/fem/zone.h"
+#include "strategy.h"
 #include "structs.h"
 
 namespace raymortar::bindings
@@ -60,8 +61,7 @@ void bind_surface(py::module_& m)
       "find_candidates",
       [](const Surface& slave, const Surface& master,
          const FacetDistances& distances, Strategy strategy) {
-        return find_candidates(slave, master, distances, strategy)
-            .masters.size();
+        return function_of(strategy)(slave, master, distances).masters.size();
       },
       "Number of candidate pairs of two surfaces as they are.");
   py::class_<QuadratureRule>(m, "QuadratureRule")

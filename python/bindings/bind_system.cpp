@@ -1,4 +1,6 @@
 #include "bind_system.h"
+#include "raymortar/nodes/node_sums.h"
+#include "raymortar/rigid/body.h"
 #include "raymortar/system/contact_system.h"
 #include "structs.h"
 
@@ -42,7 +44,8 @@ MultiplierValues make_multiplier(Shared local, const Array<Index>& owned,
 SystemZone make_zone(Zone& zone, BlockPositions& positions,
                      AssemblyStatistics& statistics, std::size_t contact,
                      const Array<Index>& slave, const Array<Index>& master,
-                     const Array<Index>& nodes, std::vector<RigidBody*> bodies)
+                     const Array<Index>& nodes,
+                     const std::vector<RigidBody*>& bodies)
 {
   return {&zone,
           &positions,
@@ -51,7 +54,7 @@ SystemZone make_zone(Zone& zone, BlockPositions& positions,
           to_vector(slave),
           to_vector(master),
           to_vector(nodes),
-          std::move(bodies)};
+          {bodies.begin(), bodies.end()}};
 }
 /// Residual into b, and its norms
 auto residual(const ContactSystem& system, std::uintptr_t b,
@@ -130,7 +133,8 @@ void bind_system(py::module_& m)
       .def("node_weights",
            [](const ContactSystem& s, std::size_t contact)
            {
-             const NodeWeights found = s.node_weights(contact);
+             const NodeWeights found =
+                 node_weights(s.node_sums(contact), s.nodes(contact));
              return std::tuple(to_array(found.area), to_array(found.gamma));
            })
       .def("set_groups",

@@ -1,27 +1,18 @@
 #include "bind.h"
 #include "raymortar/element/assembler.h"
-#include "raymortar/element/node_conditions.h"
 #include "raymortar/fem/free_points.h"
 #include "raymortar/fem/nearest_hits.h"
 #include "raymortar/fem/remote_entries.h"
 #include "raymortar/mortar/penetrating_points.h"
+#include "raymortar/nodes/node_conditions.h"
 #include "structs.h"
+#include "zone_arguments.h"
 #include <numeric>
 
 namespace raymortar::bindings
 {
 namespace
 {
-FacetDistances make_distances(const Array<double>& reach,
-                              const Array<double>& depth,
-                              const Array<double>& skin, bool depth_is_default)
-{
-  std::vector<SearchDistances> each;
-  for (py::ssize_t f = 0; f < reach.size(); ++f)
-    each.push_back({reach.at(f), depth.at(f), skin.at(f)});
-  return {std::move(each), depth_is_default};
-}
-
 /// What this rank has sent, and the entries it would send at an assembly
 py::dict traffic(const Zone& z, const Array<std::int64_t>& ranges, int rank)
 {
@@ -247,98 +238,16 @@ void set_poses(Zone& z, const Array<double>& rotation,
          Eigen::Map<const Vec<3>>(shift.data() + 3 * k)});
   (z.*set)(poses);
 }
-
-/// What a free body's motion hangs on, from arrays over its unknowns: (n, 3),
-/// (n, 3, 3), (n, n, 3, 3) and (n,)
-Freedom make_freedom(const Array<double>& centre, const Array<double>& drift,
-                     const Array<double>& spin, const Array<double>& bend,
-                     const Array<GlobalIndex>& rows)
-{
-  using Rows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-  Freedom freedom;
-  freedom.centre = Eigen::Map<const Vec<3>>(centre.data());
-  const auto n = static_cast<std::size_t>(rows.size());
-  for (std::size_t j = 0; j < n; ++j)
-  {
-    freedom.rates.push_back({Eigen::Map<const Vec<3>>(drift.data() + 3 * j),
-                             Eigen::Map<const Rows>(spin.data() + 9 * j)});
-    freedom.rows.push_back(rows.data()[j]);
-  }
-  for (std::size_t k = 0; k < n * n; ++k)
-    freedom.bends.push_back(Eigen::Map<const Rows>(bend.data() + 9 * k));
-  return freedom;
-}
 } // namespace
 
 void bind_zone(py::module_& m)
 {
-  py::enum_<Measure>(m, "Measure")
-      .value("reference", Measure::reference)
-      .value("current", Measure::current)
-      .value("reference_of_revolution", Measure::reference_of_revolution)
-      .value("current_of_revolution", Measure::current_of_revolution);
-  py::enum_<LawFrame>(m, "LawFrame")
-      .value("automatic", LawFrame::automatic)
-      .value("slave", LawFrame::slave)
-      .value("master", LawFrame::master);
-  py::enum_<Condition>(m, "Condition")
-      .value("points", Condition::points)
-      .value("nodes", Condition::nodes);
-  py::enum_<Method>(m, "Method")
-      .value("augmented_lagrangian", Method::augmented_lagrangian)
-      .value("penalty", Method::penalty);
-  py::enum_<TieGap>(m, "TieGap")
-      .value("keep", TieGap::keep)
-      .value("close", TieGap::close);
-  py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
-  py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
-  py::class_<Stick>(m, "Stick").def(py::init<>());
-  py::class_<PointBound>(m, "PointBound").def(py::init<>());
-  py::enum_<Strategy>(m, "Strategy")
-      .value("brute_force", Strategy::brute_force)
-      .value("bvh", Strategy::bvh)
-      .value("advancing_front", Strategy::advancing_front)
-      .value("pang", Strategy::pang);
-  bind_options<PairFactors>(m, "PairFactors",
-                            Field{"slaves", &PairFactors::slaves},
-                            Field{"masters", &PairFactors::masters},
-                            Field{"factors", &PairFactors::factors})
-      .def(py::init<>());
-  py::class_<FacetDistances>(m, "SearchDistances")
-      .def(py::init<double, double, double>(), py::arg("reach"),
-           py::arg("depth"), py::arg("skin"))
-      .def(py::init(&make_distances), py::kw_only(), py::arg("reach"),
-           py::arg("depth"), py::arg("skin"), py::arg("depth_is_default"));
-  bind_options<PairFilter>(m, "PairFilter",
-                           Field{"offsets", &PairFilter::offsets},
-                           Field{"neighbours", &PairFilter::neighbours});
-  bind_options<ZoneInput>(
-      m, "ZoneInput", Field{"slave", &ZoneInput::slave},
-      Field{"master", &ZoneInput::master}, Field{"tools", &ZoneInput::tools},
-      Field{"master_node_ids", &ZoneInput::master_node_ids},
-      Field{"master_dof_ids", &ZoneInput::master_dof_ids},
-      Field{"multipliers", &ZoneInput::multipliers},
-      Field{"dual_multiplier", &ZoneInput::dual_multiplier},
-      Field{"method", &ZoneInput::method},
-      Field{"condition", &ZoneInput::condition},
-      Field{"friction", &ZoneInput::friction},
-      Field{"measure", &ZoneInput::measure}, Field{"frame", &ZoneInput::frame},
-      Field{"keeps_springs", &ZoneInput::keeps_springs},
-      Field{"moving_segments", &ZoneInput::moving_segments},
-      Field{"tie", &ZoneInput::tie}, Field{"distances", &ZoneInput::distances},
-      Field{"strategy", &ZoneInput::strategy},
-      Field{"subdivide", &ZoneInput::subdivide},
-      Field{"segment_rules", &ZoneInput::segment_rules},
-      Field{"facet_rule", &ZoneInput::facet_rule},
-      Field{"filter", &ZoneInput::filter});
-  py::class_<Freedom>(m, "Freedom")
-      .def(py::init<>())
-      .def(py::init(&make_freedom), py::kw_only(), py::arg("centre"),
-           py::arg("drift"), py::arg("spin"), py::arg("bend"), py::arg("rows"));
   py::class_<Zone>(m, "Zone")
       .def(py::init(
-               [](int comm, const ZoneInput& input)
-               { return std::make_unique<Zone>(MPI_Comm_f2c(comm), input); }),
+               [](int comm, const ZoneArguments& input) {
+                 return std::make_unique<Zone>(MPI_Comm_f2c(comm),
+                                               with_terms(input));
+               }),
            py::arg("comm"), py::arg("input"))
       .def("set_displacement", &set_both<&Zone::set_displacement>)
       .def("set_old_displacement", &set_both<&Zone::set_old_displacement>)
@@ -361,7 +270,12 @@ void bind_zone(py::module_& m)
            { z.set_crossing(to_span(dofs)); })
       .def("set_multiplier", [](Zone& z, const Array<double>& values)
            { z.set_multiplier(to_span(values)); })
-      .def("set_law", &Zone::set_law, py::arg("condition"), py::arg("dual"))
+      .def(
+          "set_law",
+          [](Zone& z, Condition condition, bool dual) {
+            z.set_terms(*contact_terms(condition, dual, z.input().multipliers));
+          },
+          py::arg("condition"), py::arg("dual"))
       .def("set_unfelt",
            [](Zone& z, const Array<double>& parts,
               const Array<double>& accepted, const Array<std::int8_t>& kept)

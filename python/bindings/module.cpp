@@ -11,6 +11,7 @@ PYBIND11_MODULE(_cpp, m)
   raymortar::bindings::bind_surface(m);
   raymortar::bindings::bind_rigid(m);
   raymortar::bindings::bind_body(m);
+  raymortar::bindings::bind_zone_input(m);
   raymortar::bindings::bind_zone(m);
   raymortar::bindings::bind_assembly(m);
   raymortar::bindings::bind_system(m);

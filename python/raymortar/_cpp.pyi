@@ -44,7 +44,6 @@ class TieGap(Enum):
 class Strategy(Enum):
     brute_force: int
     bvh: int
-    advancing_front: int
     pang: int
 
 class Coulomb:

@@ -21,6 +21,36 @@ typename F::NodeMatrix bent_facet(Random& random, double bend = 0.1)
   return x;
 }
 
+/// Rows over the displacement dofs of a facet from rows over its position and
+/// tangents at xi
+template <class F, int R>
+Mat<R, F::gdim * F::dofs>
+by_dofs(const std::array<Mat<R, F::gdim>, F::gdim>& rows,
+        const typename F::RefPoint& xi)
+{
+  constexpr int D = F::gdim;
+  const Vec<F::dofs> N = F::Disp::values(xi);
+  const Mat<F::dofs, F::tdim> dN = F::Disp::gradients(xi);
+  Mat<R, D * F::dofs> all;
+  for (int a = 0; a < F::dofs; ++a)
+  {
+    Mat<R, D> sum = N[a] * rows[0];
+    for (int j = 0; j < F::tdim; ++j)
+      sum += dN(a, j) * rows[static_cast<std::size_t>(1 + j)];
+    all.template middleCols<D>(D * a) = sum;
+  }
+  return all;
+}
+
+/// No derivatives
+template <int R, int D>
+std::array<Mat<R, D>, D> no_rows()
+{
+  std::array<Mat<R, D>, D> rows;
+  rows.fill(Mat<R, D>::Zero());
+  return rows;
+}
+
 /// A point inside all facets
 template <class F>
 typename F::RefPoint centre()

@@ -166,10 +166,9 @@ inline double total(const std::vector<double>& values)
 inline Segmentation segments_of(const Surface& slave, const Surface& master,
                                 const SegmentationOptions& options)
 {
-  return make_segments(
-      slave, master,
-      find_candidates(slave, master, options.distances, Strategy::bvh),
-      options);
+  return make_segments(slave, master,
+                       find_candidates(slave, master, options.distances),
+                       options);
 }
 
 /// Two surfaces of one kind as one, nodes apart

@@ -32,6 +32,10 @@ def make_tree(root: Path, files: dict[str, str]) -> Path:
         "element",
         "interface",
         "fem",
+        "target",
+        "rigid",
+        "nodes",
+        "flux",
     )
     headers = {f"cpp/raymortar/{stage}/some.h": "" for stage in stages}
     empty = {"python/raymortar/__init__.py": "", "docs/theory/index.md": THEORY}
@@ -57,6 +61,9 @@ def test_this_tree_keeps_the_order():
         ("element/a.cpp", '#include "raymortar/law/some.h"'),
         ("interface/a.h", '#include "raymortar/element/some.h"'),
         ("fem/a.cpp", '#include "raymortar/interface/some.h"'),
+        ("mortar/a.h", '#include "raymortar/target/some.h"'),
+        ("rigid/a.h", '#include "raymortar/mortar/some.h"'),
+        ("flux/a.h", '#include "raymortar/nodes/some.h"'),
         ("fem/a.cpp", '#include "raymortar/element/some.h"\n#include <petscmat.h>'),
         ("law/a.h", "/// t = p n   [theory (2.5)-(2.6)]"),
         ("law/a.h", "/// t = p n, see theory\n/// (2.5) and (2.6)"),
@@ -80,6 +87,9 @@ CPP = [
     ("fem/a.cpp", "#include <pybind11/pybind11.h>", "neither Python nor DOLFINx"),
     ("fem/a.cpp", '#include "zone.h"', "own headers are included as"),
     ("fem/a.cpp", '#include "raymortar/core/none.h"', "there is no such header"),
+    ("mortar/a.h", '#include "raymortar/rigid/some.h"', "mortar may include only"),
+    ("interface/a.h", '#include "raymortar/nodes/some.h"', "interface may include"),
+    ("nodes/a.h", '#include "raymortar/rigid/some.h"', "nodes may include only"),
     ("extra/a.h", "", "extra is not one of"),
     ("law/a.h", "/// [theory (2.7)]", "cites theory (2.7)"),
     ("law/a.h", "/// [theory (2.5)-(2.8)]", "cites theory (2.7)"),

@@ -69,7 +69,7 @@ def test_a_slave_within_a_plate_meets_its_surface(cell, layers, share, search):
 
 
 @pytest.mark.parametrize("order", [1, -1])
-@pytest.mark.parametrize("strategy", ["bvh", "advancing-front", "brute-force"])
+@pytest.mark.parametrize("strategy", ["bvh", "pang", "brute-force"])
 def test_the_order_of_pairs_and_the_strategy_say_nothing(cell, order, strategy):
     pairs = all_plates()[::order]
     contact = touch(plates(cell, 0.8 * THICK), pairs, search=Search(strategy))

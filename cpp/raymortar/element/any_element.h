@@ -3,9 +3,8 @@
 #pragma once
 
 #include "raymortar/element/any_blocks.h"
-#include "raymortar/element/taylor_point.h"
+#include "raymortar/element/rates.h"
 #include "raymortar/element/turning.h"
-#include "raymortar/law/nodal.h"
 
 namespace raymortar
 {
@@ -17,19 +16,17 @@ template <int D, class Law>
 class AnyElement : public AnyBlocks<D>
 {
 public:
-  using F = TaylorFacet<D>;
   static constexpr int T = D - 1;
   static constexpr int M = Law::template multiplier_size<D>;
-  static constexpr int L = M > 0 ? 1 : 0;
   /// Whether points have a condition of their own
-  static constexpr bool has_condition = M > 0 and not holds_at_nodes<Law>;
+  static constexpr bool has_condition = M > 0 and holds_at_points<Law>;
   using Shapes = PointShapes<D>;
-  using Data = ElementData<F, L, Law>;
-  using Slave = SlavePoint<F, L, Law>;
+  using Data = TaylorData<D>;
+  using Slave = SlavePoint<D, Law>;
   template <bool Slopes>
-  using Hit = HitPoint<F, L, Law, Slopes>;
-  using HitTangent = HitSlopes<F, L, Law>;
-  using Columns = TaylorColumns<F, L, Law>;
+  using Hit = HitPoint<D, Law, Slopes>;
+  using HitTangent = HitSlopes<D, Law>;
+  using Columns = TaylorColumns<D, Law>;
 
   /// @brief Residual of a point with a hit.
   void add_hit(const Data& e, const Hit<false>& p, const Shapes& at)
@@ -117,21 +114,14 @@ protected:
   static void add_area(const Data& e, const Slave& p, const Mat<D, T>& dual,
                        const Vec<R>& f, TaylorRows<R, D>& rows)
   {
-    if (not moves(e.measure))
-      return;
-    for (int j = 0; j < T; ++j)
-      rows.slave[static_cast<std::size_t>(1 + j)] +=
-          f * column(dual, j).transpose();
-    if constexpr (D == 2)
-      if (revolves(e.measure))
-        rows.slave[0].col(0) += f / p.slave.x[0];
+    raymortar::add_area<R, D>(e.measure, p.slave, dual, f, rows.slave);
   }
 
   /// Variation of the hit point along the target  [theory (2.8)]
   [[nodiscard]] static TaylorRows<T, D> vary_eta(const Hit<true>& p,
                                                  const HitTangent& by)
   {
-    const Mat<T, D> rho = by.vary.dual.template topRows<T>();
+    const Mat<T, D> rho = by.ray.template topRows<T>();
     const Mat<T, T> turn = p.g * rho * by.dual;
     TaylorRows<T, D> eta;
     eta.slave[0] = rho;
@@ -327,7 +317,7 @@ private:
                                                  const HitTangent& by,
                                                  const Columns& columns)
   {
-    const Mat<1, D> by_ends = by.vary.dual.row(D - 1);
+    const Mat<1, D> by_ends = by.ray.row(D - 1);
     TaylorRows<1, D> dg = columns.template ray<1>(-p.g * by_ends, by_ends);
     add_area<1>(e, p, by.dual, Vec<1>(p.g), dg);
     return dg;

@@ -12,14 +12,12 @@ namespace raymortar
 template <int D, class Law>
 struct AnyPoints
 {
-  using Data = typename AnyElement<D, Law>::Data;
-
   const ContactState& state;
   SlaveSide<D> slave;
   TargetSide<D> target;
-  Data data;
+  TaylorData<D> data;
   PointShapes<D> shapes;
-  ElementPoint<TaylorFacet<D>> at;
+  ElementPoint at{};
   bool has_target = false;
   bool knows_spin = false; ///< of the facets in `data`
 
@@ -28,8 +26,6 @@ struct AnyPoints
             const FacetTractions* tractions = nullptr)
       : state(s), slave(s, wanted, tractions), target(s, wanted)
   {
-    at.xi.setZero();
-    at.eta.setZero();
   }
 
   /// @brief Go to an element.

@@ -3,8 +3,6 @@
 
 namespace raymortar
 {
-namespace
-{
 void require_degree(const ContactState& s)
 {
   if (s.multipliers.components == 0)
@@ -17,7 +15,6 @@ void require_degree(const ContactState& s)
                 std::to_string(s.slave.degree) +
                 ": 2D takes up to the displacement's degree, 3D takes 1");
 }
-} // namespace
 
 std::vector<double> slips_without_friction(ContactState s)
 {
@@ -28,11 +25,9 @@ std::vector<double> slips_without_friction(ContactState s)
   return make_assembler(s)->results(s).slip;
 }
 
-std::unique_ptr<Assembler> make_assembler(const ContactState& s,
-                                          std::shared_ptr<const DualField> dual)
+std::unique_ptr<Assembler> make_assembler(const ContactState& s)
 {
   require_degree(s);
-  return s.slave.gdim == 2 ? assembler_in<2>(s, dual)
-                           : assembler_in<3>(s, dual);
+  return s.slave.gdim == 2 ? assembler_in<2>(s) : assembler_in<3>(s);
 }
 } // namespace raymortar

@@ -3,13 +3,12 @@
 
 #include "raymortar/element/facet_field.h"
 #include "raymortar/element/measure.h"
-#include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
 #include "raymortar/element/spring_points.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
 #include "raymortar/mortar/elements.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 #include <functional>
 #include <memory>
 #include <optional>
@@ -71,6 +70,8 @@ enum class LawFrame : std::int8_t
   master
 };
 
+class NodeSums;
+
 /// @brief Everything the element stage reads.
 struct ContactState
 {
@@ -112,8 +113,8 @@ struct ContactState
   IntegrationPoints points;
   Hits hits;
   ContactElements elements;
-  /// Of all zones and ranks that share nodes; with a law at nodes only
-  NodeSums node_sums;
+  /// Of all zones and ranks that share nodes; null: not known, or not needed
+  std::shared_ptr<const NodeSums> node_sums;
 
   /// Whether the law holds at nodes
   [[nodiscard]] bool has_law_at_nodes() const
@@ -163,10 +164,6 @@ struct PointResults
   std::vector<double> dissipated;
 };
 
-/// @brief Integrals of gap and slip with the test function of each node of a
-/// facet, (facets, nodes, 1 + gdim).
-using FacetIntegrals = std::vector<double>;
-
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major
 using BlockSink =
     std::function<void(std::size_t element, const double* block, int size)>;
@@ -199,16 +196,6 @@ public:
                        const BlockSink& sink,
                        const CouplingSink& couplings) const = 0;
 
-  /// @brief What points give to the nodes at which the law holds.
-  /// @param[out] tested Gaps and slips of each facet, which `NodeSums` are then
-  /// without; null: all is in those
-  [[nodiscard]] virtual NodeSums node_sums(const ContactState&,
-                                           FacetIntegrals* tested) const
-  {
-    static_cast<void>(tested);
-    return {};
-  }
-
   /// @brief The law's results at every point.
   [[nodiscard]] virtual PointResults results(const ContactState& s) const = 0;
 };
@@ -217,22 +204,17 @@ public:
 /// components), for multipliers that are not shared between facets.
 using FacetTractions = std::vector<double>;
 
-struct DualField; ///< see dual_functions.h
-
-/// @brief Assembler for the multipliers, method and friction of `s`, whose
-/// facets and target may be of any kinds.
-/// @param[in] dual In place of the shape functions of the multiplier, whenever
-/// it assembles; null: those
+/// @brief Assembler for the multipliers, method and friction of `s`, whose law
+/// holds at points. Facets and target may be of any kinds.
 /// @throws Error for a combination that does not exist
-[[nodiscard]] std::unique_ptr<Assembler>
-make_assembler(const ContactState& s,
-               std::shared_ptr<const DualField> dual = nullptr);
+[[nodiscard]] std::unique_ptr<Assembler> make_assembler(const ContactState& s);
+
+/// @throws Error for a multiplier that is not stable
+void require_degree(const ContactState& s);
 
 /// @brief Assembler in dimension D; each has its own unit.
 template <int D>
-[[nodiscard]] std::unique_ptr<Assembler>
-assembler_in(const ContactState& s,
-             const std::shared_ptr<const DualField>& dual);
+[[nodiscard]] std::unique_ptr<Assembler> assembler_in(const ContactState& s);
 
 /// @brief Slip T_n w of (2) at the points of a contact without friction, which
 /// otherwise does not need it, (points, gdim). Length.

@@ -2,6 +2,5 @@
 
 namespace raymortar
 {
-template std::unique_ptr<Assembler>
-assembler_in<2>(const ContactState&, const std::shared_ptr<const DualField>&);
+template std::unique_ptr<Assembler> assembler_in<2>(const ContactState&);
 } // namespace raymortar

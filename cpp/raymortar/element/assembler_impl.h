@@ -9,56 +9,59 @@
 
 namespace raymortar
 {
+/// @brief Points of an element, for laws that hold there.
 template <int D, class Law>
-class AssemblerOf final : public Assembler
+struct PointsOf : AnyPoints<D, Law>
 {
-  static constexpr bool nodal = holds_at_nodes<Law>;
-  using Kernel =
-      std::conditional_t<nodal, NodalElement<D, Law>, AnyElement<D, Law>>;
-  using F = typename Kernel::F;
-  static constexpr int L = Kernel::L;
+  using Base = AnyPoints<D, Law>;
+  using Kernel = AnyElement<D, Law>;
+  using Hit = HitPoint<D, Law>;
+
+  /// What stands for the multiplier's shape functions: nothing does
+  struct Functions
+  {
+  };
+
+  PointsOf(const ContactState& s, const Wanted& wanted, const Functions*)
+      : Base(s, wanted)
+  {
+  }
+
+  /// Called before tangents and results
+  void prepare() {}
+
+  /// Add to a point's tangent, and to its integrand along the facet, what is
+  /// not the point's own
+  void add_tangent(Kernel&, const Hit&, const HitSlopes<D, Law>&) const {}
+  void add_integrand(const Hit&, const HitSlopes<D, Law>&,
+                     AnyIntegrand<D>&) const
+  {
+  }
+
+  template <class Response>
+  [[nodiscard]] ContactStatus status(const Response& response) const
+  {
+    return response.status;
+  }
+};
+
+/// @tparam Points Has the members of PointsOf
+template <int D, class Law, class Points = PointsOf<D, Law>>
+class AssemblerOf : public Assembler
+{
+protected:
+  using Functions = typename Points::Functions;
+  using Kernel = typename Points::Kernel;
   static constexpr int M = Kernel::M;
   using Data = typename Kernel::Data;
-  using Slave = SlavePoint<F, L, Law>;
+  using Slave = SlavePoint<D, Law>;
   template <bool Slopes>
-  using Hit = HitPoint<F, L, Law, Slopes>;
-
-  /// Nothing where points have conditions of their own
-  struct NoNodes
-  {
-    NoNodes(const ContactState&, const DualField*) {}
-  };
-  using Nodes = std::conditional_t<nodal, FacetConditions<D, Law>, NoNodes>;
-
-  /// Keeps data from point to point, and the conditions at nodes
-  struct Points : AnyPoints<D, Law>
-  {
-    using Base = AnyPoints<D, Law>;
-    std::optional<Nodes> nodes; ///< where conditions are asked for
-
-    using Base::Base;
-
-    void take(std::size_t element)
-    {
-      Base::take(element);
-      if constexpr (nodal)
-        if (nodes)
-          nodes->take(this->state.elements.slave[element],
-                      this->shapes.multipliers);
-    }
-
-    void place(std::size_t q)
-    {
-      Base::place(q);
-      if constexpr (nodal)
-        if (nodes)
-          nodes->place(this->shapes);
-    }
-  };
+  using Hit = HitPoint<D, Law, Slopes>;
 
 public:
-  explicit AssemblerOf(std::shared_ptr<const DualField> dual)
-      : _dual(std::move(dual))
+  /// @param[in] functions Those whenever it assembles; null: shape functions
+  explicit AssemblerOf(std::shared_ptr<const Functions> functions = nullptr)
+      : _functions(std::move(functions))
   {
   }
 
@@ -66,7 +69,7 @@ public:
   {
     const auto kernel = std::make_unique<Kernel>();
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>}, tractions());
+        s, Wanted{.old = is_frictional<Law>}, _functions.get());
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -97,12 +100,11 @@ public:
                                         .target = true,
                                         .bends = true,
                                         .along = s.moving_segments},
-                                 tractions());
+                                 _functions.get());
     std::unique_ptr<SegmentMotion<D>> motion;
     if (s.moving_segments)
       motion = std::make_unique<SegmentMotion<D>>(s);
-    if constexpr (nodal)
-      points->nodes.emplace(s, _dual.get());
+    points->prepare();
     for (const std::size_t e : elements)
     {
       points->take(e);
@@ -119,9 +121,8 @@ public:
   {
     PointResults r = results_without_hits(s);
     const auto points = std::make_unique<Points>(
-        s, Wanted{.old = is_frictional<Law>, .target = true}, tractions());
-    if constexpr (nodal)
-      points->nodes.emplace(s, _dual.get());
+        s, Wanted{.old = is_frictional<Law>, .target = true}, _functions.get());
+    points->prepare();
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
@@ -131,66 +132,26 @@ public:
     return r;
   }
 
-  [[nodiscard]] NodeSums node_sums(const ContactState& s,
-                                   FacetIntegrals* tested) const override
+protected:
+  [[nodiscard]] const Functions* functions() const { return _functions.get(); }
+
+  /// Call visit(point) where there is something to integrate, with the point's
+  /// data in place
+  template <class Visit>
+  static void for_points(Points& points, std::size_t e, Visit&& visit)
   {
-    NodeSums sums;
-    if constexpr (nodal)
+    const ContactState& s = points.state;
+    for (const Index i : s.elements.points_of(e))
     {
-      sums = NodeSums(s.multipliers.row.size(), D);
-      if (tested)
-        tested->assign(s.multipliers.facet.size() * (1 + D), 0.0);
-      const auto points = std::make_unique<Points>(
-          s, Wanted{.old = is_frictional<Law>}, tractions());
-      for (std::size_t e = 0; e < s.elements.size(); ++e)
-      {
-        points->take(e);
-        if (points->has_target)
-          for_points(*points, e,
-                     [&](std::size_t) {
-                       add_to_nodes(*points, s.elements.slave[e], sums, tested);
-                     });
-      }
+      const auto q = static_cast<std::size_t>(i);
+      if (s.points.seed[q] == no_index)
+        continue;
+      points.place(q);
+      visit(q);
     }
-    return sums;
   }
 
 private:
-  /// Add what a point gives to the nodes of its facet
-  static void add_to_nodes(const Points& at, Index facet, NodeSums& sums,
-                           FacetIntegrals* tested)
-  {
-    const Data& e = at.data;
-    const Hit<false> p(e, at.at);
-    const Multipliers& m = at.state.multipliers;
-    const int count = at.shapes.multipliers;
-    ShapeRows<D - 1> tests;
-    set_node_tests<D - 1>(at.shapes.multiplier, count, tests);
-    for (int k = 0; k < count; ++k)
-    {
-      const auto place = static_cast<std::size_t>(facet * count + k);
-      const Index node = m.facet[place];
-      const double w = p.weight * tests[static_cast<std::size_t>(k)][0];
-      sums.at(node, NodeSum::area) += w;
-      sums.at(node, NodeSum::gamma) += w * p.gamma;
-      sums.at(node, NodeSum::touch) += w * e.touch;
-      sums.template at<D>(node, NodeVector::normal) += w * p.normal;
-      if constexpr (is_frictional<Law>)
-      {
-        sums.at(node, NodeSum::coefficient) +=
-            w * p.value(e.history.coefficient);
-      }
-      double* const gap = tested ? tested->data() + place * (1 + D)
-                                 : &sums.at(node, NodeSum::gap);
-      *gap += w * p.gap;
-      if constexpr (is_frictional<Law>)
-        Eigen::Map<Vec<D>>(
-            tested ? gap + 1
-                   : sums.template at<D>(node, NodeVector::slip).data()) +=
-            w * p.old.w;
-    }
-  }
-
   /// Tangent at fixed points, and what their motion along the facet adds
   /// @param[in,out] motion Null: points stay
   static void add_points(const typename SegmentMotion<D>::Element& element,
@@ -223,7 +184,7 @@ private:
         const Slave p(e, at.at);
         kernel.add_miss_tangent(e, p, at.shapes);
         if (along)
-          Gradient::miss(e, at.at, p, at.shapes, *along);
+          Gradient::miss(e, p, at.shapes, *along);
       }
       return Kernel::has_condition and along;
     }
@@ -231,17 +192,15 @@ private:
     // All that an open point does is what its multiplier does
     if (M == 0 and p.response.status == ContactStatus::open)
       return false;
-    const HitSlopes<F, L, Law> slopes(e, at.at, p);
+    const HitSlopes<D, Law> slopes(e, p);
     kernel.add_hit_tangent(e, p, slopes, at.shapes);
-    if constexpr (nodal)
-      kernel.add_node_tangents(e, p, slopes, at.shapes, *at.nodes);
+    at.add_tangent(kernel, p, slopes);
     if (const Freedom* freedom = at.target.freedom())
       add_turning(*freedom, p, at.shapes, kernel);
     if (not along)
       return false;
     Gradient::hit(e, at.at, p, slopes, at.shapes, *along);
-    if constexpr (nodal)
-      Gradient::nodes(e, at.at, p, slopes, at.shapes, *at.nodes, *along);
+    at.add_integrand(p, slopes, *along);
     return true;
   }
 
@@ -269,22 +228,6 @@ private:
       }
   }
 
-  /// Call visit(point) where there is something to integrate, with the point's
-  /// data in place
-  template <class Visit>
-  static void for_points(Points& points, std::size_t e, Visit&& visit)
-  {
-    const ContactState& s = points.state;
-    for (const Index i : s.elements.points_of(e))
-    {
-      const auto q = static_cast<std::size_t>(i);
-      if (s.points.seed[q] == no_index)
-        continue;
-      points.place(q);
-      visit(q);
-    }
-  }
-
   static void store(Points& points, std::size_t q, PointResults& r)
   {
     const ContactState& s = points.state;
@@ -301,9 +244,7 @@ private:
     Eigen::Map<Vec<D>>(r.contact_normal.data() + q * D) = p.normal;
     Eigen::Map<Vec<D>>(r.master_normal.data() + q * D) =
         points.data.master_frames.now.n;
-    r.status[q] = p.response.status;
-    if constexpr (nodal)
-      r.status[q] = points.nodes->nearest_status();
+    r.status[q] = points.status(p.response);
     r.gap[q] = p.gap;
     r.pressure[q] = p.response.p;
     Eigen::Map<Vec<D>>(r.traction.data() + q * D) = p.response.t;
@@ -316,21 +257,14 @@ private:
     }
   }
 
-  [[nodiscard]] const FacetTractions* tractions() const
-  {
-    return _dual ? &_dual->tractions : nullptr;
-  }
-
-  std::shared_ptr<const DualField> _dual; ///< null: shape functions
+  std::shared_ptr<const Functions> _functions;
 };
 
 template <int D>
-std::unique_ptr<Assembler>
-assembler_in(const ContactState& s,
-             const std::shared_ptr<const DualField>& dual)
+std::unique_ptr<Assembler> assembler_in(const ContactState& s)
 {
-  const auto make = [&dual]<class Law>() -> std::unique_ptr<Assembler>
-  { return std::make_unique<AssemblerOf<D, Law>>(dual); };
-  return s.has_law_at_nodes() ? with_nodal_law(s, make) : with_law(s, make);
+  return with_law(s,
+                  []<class Law>() -> std::unique_ptr<Assembler>
+                  { return std::make_unique<AssemblerOf<D, Law>>(); });
 }
 } // namespace raymortar

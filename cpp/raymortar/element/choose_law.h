@@ -5,7 +5,6 @@
 #include "raymortar/element/assembler.h"
 #include "raymortar/law/augmented.h"
 #include "raymortar/law/frictional.h"
-#include "raymortar/law/nodal.h"
 #include "raymortar/law/penalty.h"
 
 namespace raymortar
@@ -27,18 +26,5 @@ decltype(auto) with_law(const ContactState& s, Fn&& fn)
   }
   return frictional ? fn.template operator()<FrictionalAugmentedLagrangian>()
                     : fn.template operator()<VectorAugmentedLagrangian>();
-}
-
-/// @brief The same of a law at nodes: `Nodal` of it.
-template <class Fn>
-decltype(auto) with_nodal_law(const ContactState& s, Fn&& fn)
-{
-  if (s.multipliers.components > 1)
-    return s.friction
-               ? fn.template operator()<Nodal<FrictionalAugmentedLagrangian>>()
-               : fn.template operator()<Nodal<VectorAugmentedLagrangian>>();
-  if (s.friction)
-    throw Error("friction takes a multiplier that is a vector");
-  return fn.template operator()<Nodal<NormalAugmentedLagrangian>>();
 }
 } // namespace raymortar

@@ -3,110 +3,58 @@
 #pragma once
 
 #include "raymortar/element/old_point.h"
+#include "raymortar/law/frictional.h"
 
 namespace raymortar
 {
 /// @brief Slave, multiplier and measure at a point with a hit or without.
-template <class F, int L, class Law>
+template <int D, class Law>
 struct SlavePoint
 {
-  using Layout = ElementLayout<F, L, Law>;
-  using Data = ElementData<F, L, Law>;
-  static constexpr int D = F::gdim;
-  static constexpr int M = Layout::components;
+  static constexpr int M = Law::template multiplier_size<D>;
 
-  Frame<D> slave;
-  Vec<F::dofs> N_s;
-  Vec<Layout::multipliers> shape; ///< test functions of its unknowns
+  const Frame<D>& slave;
   Vec<M> lam;
   double gamma;
   double weight; ///< area in the measure of integration
 
-  SlavePoint(const Data& e, const ElementPoint<F>& q)
-      : slave(frame_at<F>(e.slave, q.xi)), N_s(F::Disp::values(q.xi)),
-        gamma(N_s.dot(e.gamma)),
-        weight(area_of(e.measure, q.weight, q.area, slave))
+  /// @param[in] e Has to live as long as the point
+  SlavePoint(const TaylorData<D>& e, const ElementPoint& q)
+      : slave(e.slave_frames.now), lam(e.lam.template block<M, 1>(0, 0)),
+        gamma(e.gamma[0]), weight(area_of(e.measure, q.weight, q.area, slave))
   {
-    set_multiplier(e, q);
-  }
-
-  /// @param[in] frame Of the slave
-  /// @param[in] N Its shape functions
-  SlavePoint(const Data& e, const ElementPoint<F>& q, const Frame<D>& frame,
-             const Vec<F::dofs>& N)
-      : slave(frame), N_s(N), gamma(N_s.dot(e.gamma)),
-        weight(area_of(e.measure, q.weight, q.area, slave))
-  {
-    set_multiplier(e, q);
-  }
-
-  /// @brief A field there, from its values at the displacement's nodes.
-  [[nodiscard]] double value(const Vec<F::dofs>& nodal) const
-  {
-    return N_s.dot(nodal);
-  }
-  [[nodiscard]] Vec<D> value(const Mat<D, F::dofs>& nodal) const
-  {
-    return nodal * N_s;
-  }
-
-private:
-  void set_multiplier(const Data& e, const ElementPoint<F>& q)
-  {
-    if constexpr (L > 0)
-    {
-      shape = e.lam_scale * F::template Basis<L>::values(q.xi);
-      lam = e.lam * shape;
-    }
   }
 };
 
 /// @brief A point with a hit, and the law's response there.
 /// @tparam Slopes With the derivatives of friction's response, which residuals
 /// do without
-template <class F, int L, class Law, bool Slopes = true>
-struct HitPoint : SlavePoint<F, L, Law>, TargetFrame<F>
+template <int D, class Law, bool Slopes = true>
+struct HitPoint : SlavePoint<D, Law>
 {
-  using Target = TargetFrame<F>;
-  using Target::of_target;
-  using Base = SlavePoint<F, L, Law>;
-  using Base::D;
+  using Base = SlavePoint<D, Law>;
   using Base::M;
-  using typename Base::Data;
   using Response = std::conditional_t<
       not is_frictional<Law>, PointResponse<D, M>,
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
+  using Old = OldPoint<D, is_frictional<Law>>;
 
-  typename F::RefPoint xi; ///< on the slave
-  double g;                ///< length of the ray from slave to master
-  Vec<F::dofs> N_m;        ///< master shape functions at eta
-  double offset;           ///< added to gaps, length
+  bool of_target; ///< the law uses the target's frame, not the slave's
+  double g;       ///< length of the ray from slave to master
+  double offset;  ///< added to gaps, length
   /// Whether tractions act over the gap. A multiplier closes gaps in the mean,
   /// but for what the offset leaves open
   bool has_arm;
   Vec<D> normal; ///< of the frame: n, or -n_m  [theory (2.14)]
   double gap;    ///< of the law: along that normal, with the offset
-  OldPoint<F, is_frictional<Law>> old;
+  Old old;
   Response response;
 
-  using States = ElementStates<F, is_frictional<Law>>;
-
-  HitPoint(const Data& e, const ElementPoint<F>& q) : HitPoint(e, States(e), q)
-  {
-  }
-
-  /// @param[in] states Of this element: the same for all of its points
-  HitPoint(const Data& e, const States& states,
-           const ElementPoint<F>& q) requires is_frictional<Law>
-      : HitPoint(e, states, q, NodeShapes<F>(q.xi))
-  {
-  }
-  HitPoint(const Data& e, const States&, const ElementPoint<F>& q)
-      : Base(e, q), Target(frame_of_target(e)), xi(q.xi), g(q.g),
-        N_m(F::Disp::values(q.eta)), offset(this->value(e.offset)),
-        has_arm(acts_over_gaps(e)),
-        normal(of_target ? Vec<D>(-master_frame(e, q).n) : this->slave.n),
-        gap(law_gap()), response(respond(e, q))
+  HitPoint(const TaylorData<D>& e, const ElementPoint& q)
+      : Base(e, q), of_target(e.frame_of_target), g(q.g), offset(e.offset[0]),
+        has_arm(e.has_arm),
+        normal(of_target ? Vec<D>(-e.master_frames.now.n) : this->slave.n),
+        gap(law_gap()), old(old_point(e)), response(respond(e, q))
   {
   }
 
@@ -194,73 +142,49 @@ private:
     return v - dot<D>(normal, v) * normal;
   }
 
-  HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
-           const NodeShapes<F>& shapes) requires is_frictional<Law>
-      : HitPoint(e, states, q, shapes, states.slave.at(shapes))
+  [[nodiscard]] Old old_point(const TaylorData<D>& e) const
   {
-  }
-
-  HitPoint(const Data& e, const States& states, const ElementPoint<F>& q,
-           const NodeShapes<F>& shapes,
-           const TwoFrames<D>& frames) requires is_frictional<Law>
-      : Base(e, q, frames.now, shapes.displacement(q.xi)),
-        Target(frame_of_target(e)),
-        xi(q.xi),
-        g(q.g),
-        offset(this->value(e.offset)),
-        has_arm(acts_over_gaps(e))
-  {
-    const NodeShapes<F> at_eta(q.eta);
-    N_m = at_eta.displacement(q.eta);
-    old.frame = frames.old;
-    old.dual = frames.old_dual;
-    states.master.set(old.master, at_eta);
-    states.set_spin(old.spin, frames, old.master);
-    set_normals();
-    gap = law_gap();
-    set_slip();
-    set_spring(e);
-    response = respond(e, q);
-  }
-
-  void set_normals() requires is_frictional<Law>
-  {
-    normal = of_target ? Vec<D>(-old.master.now.n) : this->slave.n;
-    old.normal = of_target ? Vec<D>(-old.master.old.n) : old.frame.n;
+    if constexpr (is_frictional<Law>)
+    {
+      Old was(e);
+      set_slip(was);
+      if (e.history.has_springs)
+      {
+        was.accepted = e.history.traction_old.col(0);
+        was.spring = carry_traction<D>(was.slave.old, was.slave.old_dual,
+                                       this->slave, was.accepted, of_target);
+      }
+      return was;
+    }
+    else
+      return {};
   }
 
   /// [theory (2)]
-  void set_slip() requires is_frictional<Law>
+  void set_slip(Old& was) const requires is_frictional<Law>
   {
-    const TwoFrames<D>& master = old.master;
-    old.distance = master.old.x - old.frame.x;
-    const Vec<D>& n_0 = old.normal;
-    old.across = 0.5 * (n_0 - master.old.n);
-    old.closing = closed_part(dot<D>(old.across, old.distance) + offset, gap);
-    old.ahead = old.distance;
+    const TwoFrames<D>& master = was.master;
+    was.normal = of_target ? Vec<D>(-master.old.n) : was.slave.old.n;
+    was.distance = master.old.x - was.slave.old.x;
+    const Vec<D>& n_0 = was.normal;
+    was.across = 0.5 * (n_0 - master.old.n);
+    was.closing = closed_part(dot<D>(was.across, was.distance) + offset, gap);
+    was.ahead = was.distance;
     // In the frame of the target the arm has a part across its normal
     if (of_target and has_couple())
-      old.ahead -= g * old.frame.n;
-    old.slide = convect<D>(master.old, master.old_dual, master.now,
-                           old.ahead - dot<D>(n_0, old.ahead) * n_0);
-    old.tilt.set(old.frame.n, this->slave.n, master, of_target);
-    old.w = old.tilt.lengthened(old.spin.turned(old.slide.value)) +
-            old.closing.length * n_0;
+      was.ahead -= g * was.slave.old.n;
+    was.slide = convect<D>(master.old, master.old_dual, master.now,
+                           was.ahead - dot<D>(n_0, was.ahead) * n_0);
+    was.tilt.set(was.slave.old.n, this->slave.n, master, of_target);
+    was.w = was.tilt.lengthened(was.spin.turned(was.slide.value)) +
+            was.closing.length * n_0;
     // Along the surface: means of the slip at nodes have another normal
     if (of_target and not has_couple())
-      old.w -= g * along_surface(this->slave.n);
+      was.w -= g * along_surface(this->slave.n);
   }
 
-  void set_spring(const Data& e) requires is_frictional<Law>
-  {
-    if (not e.history.has_springs)
-      return;
-    old.accepted = this->value(e.history.traction_old);
-    old.spring = carry_traction<D>(old.frame, old.dual, this->slave,
-                                   old.accepted, of_target);
-  }
-
-  [[nodiscard]] Response respond(const Data& e, const ElementPoint<F>& q) const
+  [[nodiscard]] Response respond(const TaylorData<D>& e,
+                                 const ElementPoint& q) const
   {
     const PointState<D, M> state{normal, gap, this->lam, this->gamma, e.touch};
     if constexpr (not is_frictional<Law>)
@@ -272,88 +196,88 @@ private:
       {
         spring *= this->gamma;
         if (e.history.has_kept)
-          spring += this->value(e.history.kept);
+          spring += e.history.kept.col(0);
       }
       return Law::template evaluate<D, Response>(
           FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
     }
   }
 
-  [[nodiscard]] FrictionLaw friction_law(const Data& e,
-                                         const ElementPoint<F>& q) const
+  [[nodiscard]] static FrictionLaw friction_law(const TaylorData<D>& e,
+                                                const ElementPoint& q)
   {
     const auto& history = e.history;
     if (history.has_coefficient)
-      return with_coefficient(history.friction,
-                              this->value(history.coefficient));
+      return with_coefficient(history.friction, history.coefficient[0]);
     if (std::holds_alternative<PointBound>(history.friction))
       return q.bound;
     return history.friction;
   }
 };
 
-/// @brief How the normal of the law's frame turns with what is hit: of a facet
-/// type it is the slave's, and nothing is set  [theory (2.14)].
-template <class F>
-struct FrameSlopes : TargetFrame<F>
+/// @brief How the normal of the law's frame turns with what is hit; where it is
+/// the slave's nothing is set  [theory (2.14)].
+template <int D>
+struct FrameSlopes
 {
-  static constexpr int D = F::gdim;
+  static constexpr int T = D - 1;
+  bool of_target;
+  Vec<D> n;          ///< of the master
+  Mat<D, T> dual;    ///< of its tangents
+  Mat<D, T> bend;    ///< derivative of that normal along the master
   Mat<D, D> by_ends; ///< by what both ends of the ray do, see chain
 
-  template <class Data>
-  FrameSlopes(const Data&, const ElementPoint<F>&, const Mat<F::tdim, D>&)
-      : TargetFrame<F>(false)
+  /// @param[in] rho Rows of (2.6)
+  FrameSlopes(const TaylorData<D>& e, const Mat<T, D>& rho)
+      : of_target(e.frame_of_target)
   {
+    if (not of_target)
+      return;
+    const Frame<D>& frame = e.master_frames.now;
+    n = frame.n;
+    dual = dual_tangents<D>(frame);
+    bend.setZero();
+    if (e.master_bends)
+      bend = curvature_of<D>(e.master, frame, dual).n;
+    by_ends = bend * rho;
   }
 };
 
 /// @brief Tangents and variations at a point with a hit: what tangents take
 /// besides.
-template <class F, int L, class Law>
+template <int D, class Law>
 struct HitSlopes
 {
-  static constexpr int D = F::gdim;
-  PointGeometry<F> geometry;
-  Variations<F> vary;
-  SlipSlopes<F, is_frictional<Law>> slip;
-  FrameSlopes<F> frame;
+  static constexpr int T = D - 1;
+  Mat<D, T> dual; ///< of the slave's tangents
+  /// Rows rho, dual of the master's tangents, and b of n  [theory (2.6)]
+  Mat<D, D> ray;
+  SlipSlopes<D, is_frictional<Law>> slip;
+  FrameSlopes<D> frame;
 
-  HitSlopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-            const HitPoint<F, L, Law>& p)
-      : geometry(geometry_at(e, q, p)), vary(vary_hit<F>(geometry, q.g)),
-        slip(slip_slopes(e, q, p)),
-        frame(e, q, vary.dual.template topRows<D - 1>())
+  HitSlopes(const TaylorData<D>& e, const HitPoint<D, Law>& p)
+      : dual(dual_tangents<D>(p.slave)), ray(dual_of_ray(e, p)),
+        slip(slip_slopes(e, p)), frame(e, ray.template topRows<T>())
   {
-  }
-
-  /// @brief How fields change along the slave facet, from their values at the
-  /// displacement's nodes.
-  template <int R>
-  [[nodiscard]] Mat<R, F::tdim> along(const Mat<R, F::dofs>& nodal) const
-  {
-    return nodal * geometry.dN_s;
   }
 
 private:
-  [[nodiscard]] static SlipSlopes<F, is_frictional<Law>>
-  slip_slopes(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-              const HitPoint<F, L, Law>& p)
+  [[nodiscard]] static Mat<D, D> dual_of_ray(const TaylorData<D>& e,
+                                             const HitPoint<D, Law>& p)
   {
-    if constexpr (is_frictional<Law>)
-      return {e.master, e.history.master_old, q, p.old,
-              false,    bends_at_master(e)};
-    else
-      return {};
+    Mat<D, D> ends;
+    ends.template leftCols<T>() = e.master.template middleCols<T>(1);
+    ends.col(T) = p.slave.n;
+    return ends.inverse();
   }
 
-  [[nodiscard]] static PointGeometry<F>
-  geometry_at(const ElementData<F, L, Law>& e, const ElementPoint<F>& q,
-              const HitPoint<F, L, Law>& p)
+  [[nodiscard]] static SlipSlopes<D, is_frictional<Law>>
+  slip_slopes(const TaylorData<D>& e, const HitPoint<D, Law>& p)
   {
-    PointGeometry<F> geometry =
-        slave_geometry<F>(p.slave, p.N_s, F::Disp::gradients(q.xi));
-    add_master_geometry<F>(geometry, e.master, p.N_m, q.eta);
-    return geometry;
+    if constexpr (is_frictional<Law>)
+      return {e, p.old};
+    else
+      return {};
   }
 };
 } // namespace raymortar

@@ -1,7 +1,6 @@
 // Slip carried along with the master surface from the accepted step.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
 #include "raymortar/geometry/curvature.h"
 
 namespace raymortar
@@ -62,48 +61,35 @@ template <int D>
 
 /// @brief Derivative of the value by eta, the old vector aside.
 /// @param[in] carry What takes old vectors to present ones
-template <class F>
-[[nodiscard]] Mat<F::gdim, F::tdim> convected_along_master(
-    const ConvectedVector<F::gdim>& c, const Mat<F::gdim, F::gdim>& carry,
-    const Curvature<F::gdim>& old, const Curvature<F::gdim>& now)
+template <int D>
+[[nodiscard]] Mat<D, D - 1>
+convected_along_master(const ConvectedVector<D>& c, const Mat<D, D>& carry,
+                       const Curvature<D>& old, const Curvature<D>& now)
 {
-  constexpr int D = F::gdim;
   const auto bent = [&c](const Curvature<D>& bend, int j) -> Vec<D>
   {
     return bend.t[static_cast<std::size_t>(j)] * c.along +
            c.across * column(bend.n, j);
   };
-  Mat<D, F::tdim> rate;
-  for (int j = 0; j < F::tdim; ++j)
+  Mat<D, D - 1> rate;
+  for (int j = 0; j < D - 1; ++j)
     set_column(rate, j, bent(now, j) - carry * bent(old, j));
   return rate;
 }
 
-/// @brief Derivative of f(value) by the master's displacement dofs at a point
+/// @brief Add the derivative of f(value) by the master's tangents at a point
 /// that stays on it, for the derivative of f by the value.
-/// @param[in] by_value (R, gdim)
-/// @param[in] now Frame of the master
+/// @param[in] n Normal of the master
 /// @param[in] dual Of its tangents
-/// @param[in] dN_m Gradients of its shape functions
-template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_convected(const ConvectedVector<F::gdim>& c,
-                                            const Mat<R, F::gdim>& by_value,
-                                            const Frame<F::gdim>& now,
-                                            const Mat<F::gdim, F::tdim>& dual,
-                                            const Mat<F::dofs, F::tdim>& dN_m)
+/// @param[in,out] rows By its position and by each tangent
+template <int R, int D>
+void add_convected(const ConvectedVector<D>& c, const Mat<R, D>& by_value,
+                   const Vec<D>& n, const Mat<D, D - 1>& dual,
+                   std::array<Mat<R, D>, D>& rows)
 {
-  constexpr int D = F::gdim;
-  const Vec<F::dofs> along = dN_m * c.along;
-  const Mat<R, D - 1> by_dual = c.across * (by_value * dual);
-  const Mat<R, F::dofs> by_n = by_dual * dN_m.transpose();
-  SideRows<F, R> rows;
-  for (int r = 0; r < R; ++r)
-  {
-    const Vec<D> by_vector = row_of(by_value, r);
-    for (int a = 0; a < F::dofs; ++a)
-      put<D>(along[a] * by_vector - by_n(r, a) * now.n,
-             rows.data() + (r * F::dofs + a) * D);
-  }
-  return rows;
+  const Mat<R, D - 1> by_n = c.across * (by_value * dual);
+  for (int j = 0; j < D - 1; ++j)
+    rows[static_cast<std::size_t>(1 + j)] +=
+        c.along[j] * by_value - column(by_n, j) * n.transpose();
 }
 } // namespace raymortar

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/element/assembler.h"
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/target/freedom.h"
 
 namespace raymortar
 {

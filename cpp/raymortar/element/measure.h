@@ -1,7 +1,6 @@
 // The area that counts in integrals over the slave surface.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
 #include "raymortar/geometry/curvature.h"
 #include "raymortar/geometry/revolution.h"
 
@@ -48,18 +47,21 @@ template <int D>
   return moved;
 }
 
-/// @brief Variation of the logarithm of the area by the slave's displacement
-/// dofs, where it moves [theory (2.4), (2.13)].
-template <class F>
-[[nodiscard]] SideRows<F, 1> area_variation(Measure measure,
-                                            const PointGeometry<F>& p)
+/// @brief Add that the area varies with the slave, by which f is multiplied,
+/// where it moves [theory (2.4), (2.13)].
+/// @param[in] dual Of the slave's tangents
+/// @param[in,out] rows By its position and by each tangent
+template <int R, int D>
+void add_area(Measure measure, const Frame<D>& slave, const Mat<D, D - 1>& dual,
+              const Vec<R>& f, std::array<Mat<R, D>, D>& rows)
 {
-  SideRows<F, 1> rows = Eigen::Map<const SideRows<F, 1>>(p.G_s.data());
-  if constexpr (F::gdim == 2)
+  if (not moves(measure))
+    return;
+  for (int j = 0; j < D - 1; ++j)
+    rows[static_cast<std::size_t>(1 + j)] += f * column(dual, j).transpose();
+  if constexpr (D == 2)
     if (revolves(measure))
-      for (int a = 0; a < F::dofs; ++a)
-        rows[a * F::gdim] += p.N_s[a] / p.slave.x[0];
-  return rows;
+      rows[0].col(0) += f / slave.x[0];
 }
 
 /// @brief Area per reference area, and how it changes along the facet.

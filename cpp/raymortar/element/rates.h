@@ -1,7 +1,8 @@
-// The chain rule of a point: from what a law varies with to the dofs of an
-// element, and to the coordinates of the slave facet.
+// The chain rule of a point: from what a law varies with to the displacements
+// around it, and to the coordinates of the slave facet.
 #pragma once
 
+#include "raymortar/element/any_blocks.h"
 #include "raymortar/element/contact_point.h"
 
 namespace raymortar
@@ -30,10 +31,10 @@ struct LawSlopes<R, D, M, true>
 
 /// @brief Those of the traction. Of a multiplier it is that, and friction has
 /// no part in it.
-template <class F, int L, class Law>
-[[nodiscard]] auto traction_slopes(const HitPoint<F, L, Law>& p)
+template <int D, class Law>
+[[nodiscard]] auto traction_slopes(const HitPoint<D, Law>& p)
 {
-  constexpr int D = F::gdim, M = ElementLayout<F, L, Law>::components;
+  constexpr int M = HitPoint<D, Law>::M;
   const auto& r = p.response;
   if constexpr (is_frictional<Law> and M == 0)
     return LawSlopes<D, D, M, true>{r.t_n,      r.t_g,           r.t_lam, r.t_w,
@@ -43,10 +44,10 @@ template <class F, int L, class Law>
 }
 
 /// @brief Those of the multiplier's residual; its springs hold lengths.
-template <class F, int L, class Law>
-[[nodiscard]] auto condition_slopes(const HitPoint<F, L, Law>& p)
+template <int D, class Law>
+[[nodiscard]] auto condition_slopes(const HitPoint<D, Law>& p)
 {
-  constexpr int D = F::gdim, M = ElementLayout<F, L, Law>::components;
+  constexpr int M = HitPoint<D, Law>::M;
   const auto& r = p.response;
   if constexpr (is_frictional<Law>)
     return LawSlopes<M, D, M, true>{
@@ -61,17 +62,16 @@ template <class F, int L, class Law>
 /// By the gap and by the master's point a law varies with what both ends of the
 /// ray do, du_m - du_s - g dn  [theory (2.7), (2.8)]; slip and springs vary
 /// with their own history besides  [theory (2.9), (4.9)]. What differs between
-/// dofs and coordinates of the facet is what the columns say:
+/// displacements and coordinates of the facet is what the columns say:
 ///   ray(by_turn, by_ends)    by_turn dn + by_ends (du_m - du_s)
 ///   add_frame(by_n, rows)    what the frame of what is hit does besides
 ///   add_slip(by_w, rows)     what the slip does where both ends stay
 ///   add_spring(by_s, rows)   what the springs do
 ///   add_fields(slopes, by_g, rows)  fields on the slave, and its multiplier
-template <int R, class Slopes, class F, int L, class Law, class Columns>
-[[nodiscard]] auto chain(const Slopes& law, const HitPoint<F, L, Law>& p,
-                         const HitSlopes<F, L, Law>& at, const Columns& columns)
+template <int R, class Slopes, int D, class Law, class Columns>
+[[nodiscard]] auto chain(const Slopes& law, const HitPoint<D, Law>& p,
+                         const HitSlopes<D, Law>& at, const Columns& columns)
 {
-  constexpr int D = F::gdim;
   Vec<R> by_gap = law.by_g;
   if constexpr (requires { law.by_w; })
     by_gap += p.old.closing.by_now * (law.by_w * p.old.normal);
@@ -85,7 +85,7 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
     if constexpr (requires { law.by_w; }) // the arm
     {
       if (p.has_couple())
-        by_g -= law.by_w * (at.slip.by_slide * p.old.frame.n);
+        by_g -= law.by_w * (at.slip.by_slide * p.old.slave.old.n);
       else
       {
         const Vec<R> by_normal = law.by_w * p.normal;
@@ -95,16 +95,16 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
       }
     }
   }
-  const Mat<1, D> along_ray = at.vary.dual.row(D - 1);
+  const Mat<1, D> along_ray = at.ray.row(D - 1);
   Mat<R, D> by_ends = by_g * along_ray;
   if constexpr (requires { law.by_w; })
   {
-    const Mat<D - 1, D> rho = at.vary.dual.template topRows<D - 1>();
+    const Mat<D - 1, D> rho = at.ray.template topRows<D - 1>();
     by_ends -= (law.by_w * at.slip.by_eta) * rho;
   }
   if (at.frame.of_target)
     by_ends += by_n * at.frame.by_ends;
-  Mat<R, D> by_turn = -at.vary.g * by_ends;
+  Mat<R, D> by_turn = -p.g * by_ends;
   if (at.frame.of_target)
     by_turn += (p.g * by_gap) * p.normal.transpose() + by_turn_of_arm;
   else
@@ -128,126 +128,137 @@ template <int R, class Slopes, class F, int L, class Law, class Columns>
   return rows;
 }
 
-/// @brief Displacement dofs of an element, [slave | master].
-template <class F, int L, class Law>
-class DofColumns
+/// @brief Taylor coefficients of both displacements.
+template <int D, class Law>
+class TaylorColumns
 {
 public:
-  static constexpr int D = F::gdim;
-  static constexpr int side = Variations<F>::side;
+  static constexpr int T = D - 1;
+  template <int R>
+  using Rows = TaylorRows<R, D>;
 
-  /// Derivatives by C dofs, stored as those of a tangent are
-  template <int R, int C>
-  using Rows =
-      Eigen::Matrix<double, R, C, C == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
-
-  DofColumns(const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at)
-      : _p(p), _at(at)
+  /// @param[in] target_moves Whether there are rows of the target
+  TaylorColumns(const HitPoint<D, Law>& p, const HitSlopes<D, Law>& at,
+                bool target_moves)
+      : _p(p), _at(at), _target_moves(target_moves)
   {
   }
 
-  /// The normal's variation has rank one per node  [theory (2.5)]
+  /// The normal's variation has rank one  [theory (2.5)]
   template <int R>
-  [[nodiscard]] Rows<R, 2 * side> ray(const Mat<R, D>& by_turn,
-                                      const Mat<R, D>& by_ends) const
+  [[nodiscard]] Rows<R> ray(const Mat<R, D>& by_turn,
+                            const Mat<R, D>& by_ends) const
   {
-    const PointGeometry<F>& g = _at.geometry;
-    Rows<R, 2 * side> rows;
-    const Mat<R, F::dofs> turned = by_turn * g.G_s;
-    for (int r = 0; r < R; ++r)
+    Rows<R> rows;
+    rows.slave[0] = -by_ends;
+    rows.target[0] = by_ends;
+    for (int j = 0; j < T; ++j)
     {
-      const Vec<D> ends = row_of(by_ends, r);
-      for (int a = 0; a < F::dofs; ++a)
-      {
-        put<D>(-turned(r, a) * g.slave.n - g.N_s[a] * ends,
-               half(rows, r, 0) + a * D);
-        put<D>(g.N_m[a] * ends, half(rows, r, 1) + a * D);
-      }
+      const auto k = static_cast<std::size_t>(1 + j);
+      const Vec<R> turned = by_turn * column(_at.dual, j);
+      rows.slave[k] = -turned * _p.slave.n.transpose();
+      rows.target[k].setZero();
     }
     return rows;
   }
 
-  /// Typed facets use the slave's frame: nothing to add
+  /// The target's normal turns with it as the slave's does  [theory (2.14)]
   template <int R>
-  void add_frame(const Mat<R, D>&, Rows<R, 2 * side>&) const
+  void add_frame(const Mat<R, D>& by_n, Rows<R>& rows) const
   {
-  }
-
-  /// The slide turns with the master, and with half of the spin
-  template <int R>
-  void add_slip(const Mat<R, D>& by_w, Rows<R, 2 * side>& rows) const
-  {
-    const Frame<D>& master = _p.old.master.now;
-    const SpinSlopes<D>& spin = _at.slip.spin;
-    const SideRows<F, R> slide =
-        vary_convected<F, R>(_p.old.slide, spin.before(by_w), master,
-                             _at.slip.dual, _at.geometry.dN_m);
-    for (int r = 0; r < R; ++r)
-      add_scaled<side>(1.0, slide.data() + r * side, half(rows, r, 1));
-    if constexpr (D == 3)
+    if (not _target_moves)
+      return;
+    for (int j = 0; j < T; ++j)
     {
-      const auto angle =
-          vary_angle<F>(_p.old.spin, spin, _at.geometry, master, _at.slip.dual);
-      const Vec<R> by_angle = by_w * spin.by_angle;
-      for (int r = 0; r < R; ++r)
-        add_scaled<2 * side>(by_angle[r], angle.data(), half(rows, r, 0));
+      const Vec<R> turned = by_n * column(_at.frame.dual, j);
+      rows.target[static_cast<std::size_t>(1 + j)] +=
+          turned * _at.frame.n.transpose();
     }
   }
 
+  /// The slide turns with the target, with half of the spin and with the tilt
   template <int R>
-  void add_spring(const Mat<R, D>& by_spring, Rows<R, 2 * side>& rows) const
+  void add_slip(const Mat<R, D>& by_w, Rows<R>& rows) const
   {
-    const SideRows<F, R> spring =
-        vary_turned<F, R>(_p.old.spring, by_spring, _at.geometry);
-    for (int r = 0; r < R; ++r)
-      add_scaled<side>(1.0, spring.data() + r * side, half(rows, r, 0));
+    const SpinSlopes<D>& spin = _at.slip.spin;
+    const TiltSlopes<D>& tilt = _at.slip.tilt;
+    const Mat<R, D> by_turned = by_w * tilt.by_slide;
+    if (_target_moves)
+    {
+      add_to_target<R>(_p.old.slide, spin.before(by_turned), rows);
+      add_to_target<R>(_p.old.tilt.carried, by_w * tilt.by_carried, rows);
+    }
+    if constexpr (D == 3)
+      add_angle<R>(by_turned * spin.by_angle, rows);
+  }
+
+  template <int R>
+  void add_spring(const Mat<R, D>& by_spring, Rows<R>& rows) const
+  {
+    add_turned<R, D>(_p.old.spring, by_spring, _p.slave, _at.dual, rows.slave);
   }
 
   /// Fields and multiplier do not depend on displacements
   template <int R, class Slopes>
-  void add_fields(const Slopes&, const Vec<R>&, Rows<R, 2 * side>&) const
+  void add_fields(const Slopes&, const Vec<R>&, Rows<R>&) const
   {
   }
 
 private:
-  /// The slave's part of a row, or the master's
   template <int R>
-  [[nodiscard]] static double* half(Rows<R, 2 * side>& rows, int r, int of)
+  void add_to_target(const ConvectedVector<D>& c, const Mat<R, D>& by_value,
+                     Rows<R>& rows) const
   {
-    return rows.data() + (2 * r + of) * side;
+    add_convected<R, D>(c, by_value, _p.old.master.now.n, _at.slip.dual,
+                        rows.target);
   }
 
-  const HitPoint<F, L, Law>& _p;
-  const HitSlopes<F, L, Law>& _at;
+  /// The slave's normal aside
+  template <int R>
+  void add_angle(const Vec<R>& by_angle, Rows<R>& rows) const
+  {
+    const Spin<3>& spin = _p.old.spin;
+    const SpinSlopes<3>& by = _at.slip.spin;
+    rows.slave[1] += by_angle * by.by_first_now.transpose();
+    for (int j = 0; j < T; ++j)
+      rows.slave[static_cast<std::size_t>(1 + j)] +=
+          (spin.across[j] * by_angle) * by.by_second_now.transpose();
+    if (not _target_moves)
+      return;
+    add_to_target<R>(spin.first, by_angle * by.by_first.transpose(), rows);
+    add_to_target<R>(spin.second, by_angle * by.by_second.transpose(), rows);
+  }
+
+  const HitPoint<D, Law>& _p;
+  const HitSlopes<D, Law>& _at;
+  bool _target_moves;
 };
 
 /// @brief Coordinates xi of the slave facet: the slave varies by its own
 /// tangents, the master not at all  [theory (3.11)].
-template <class F, int L, class Law>
+template <int D, class Law>
 class FacetColumns
 {
 public:
-  using Data = ElementData<F, L, Law>;
-  static constexpr int D = F::gdim;
-  static constexpr int T = F::tdim;
-  static constexpr int M = ElementLayout<F, L, Law>::components;
+  static constexpr int T = D - 1;
+  static constexpr int M = HitPoint<D, Law>::M;
 
   /// @param[in] bend Of the slave
   /// @param[in] log_gamma Derivative of the coefficient's logarithm
   /// @param[in] lam That of the multiplier
-  FacetColumns(const Data& e, const ElementPoint<F>& q,
-               const HitPoint<F, L, Law>& p, const HitSlopes<F, L, Law>& at,
+  FacetColumns(const TaylorData<D>& e, const ElementPoint& q,
+               const HitPoint<D, Law>& p, const HitSlopes<D, Law>& at,
                const Curvature<D>& bend, const Mat<1, T>& log_gamma,
                const Mat<M, T>& lam)
       : _e(e), _q(q), _p(p), _at(at), _bend(bend), _log_gamma(log_gamma),
-        _lam(lam), _offset(at.template along<1>(e.offset.transpose()))
+        _lam(lam), _offset(along<1>(e.offset.transpose()))
   {
   }
 
   /// Variation of the hit point
   [[nodiscard]] Mat<T, T> eta() const
   {
-    const Mat<T, D> rho = _at.vary.dual.template topRows<T>();
+    const Mat<T, D> rho = _at.ray.template topRows<T>();
     return rho * (_p.slave.t + _q.g * _bend.n);
   }
 
@@ -268,27 +279,23 @@ public:
   template <int R>
   void add_slip(const Mat<R, D>& by_w, Mat<R, T>& rows) const
   {
-    const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> w = -_at.slip.by_distance * was.frame.t +
+    const OldPoint<D, true>& was = _p.old;
+    Mat<D, T> w = -_at.slip.by_distance * was.slave.old.t +
                   was.closing.by_old * was.normal * _offset;
-    if constexpr (not F::affine)
+    // The slave's old normal, which tells slide and gap apart, turns as well
+    if (_e.slave_bends)
     {
-      if (not bends_at_slave(_e))
-      {
-        rows += by_w * w;
-        return;
-      }
-      // The slave's old normal, which tells slide and gap apart, turns as well
       const Curvature<D> bend = old_bend();
       if (not _at.frame.of_target)
-        w += slip_by_turn<F>(was, _at.slip.carry, bend.n);
+        w += slip_by_turn<D>(was, _at.slip.carry, bend.n);
       else if (_p.has_couple())
         w -= _p.g * _at.slip.by_slide * bend.n;
       w += _at.slip.tilt.by_carried * (_at.slip.convected * bend.n);
       if constexpr (D == 3)
         w += _at.slip.tilt.by_slide * _at.slip.spin.by_angle *
-             angle_along_facet(was.spin, _at.slip.spin, {was.frame, bend},
-                               was.dual, {_p.slave, _bend}, _at.slip.convected);
+             angle_along_facet(was.spin, _at.slip.spin, {was.slave.old, bend},
+                               was.slave.old_dual, {_p.slave, _bend},
+                               _at.slip.convected);
     }
     rows += by_w * w;
   }
@@ -296,10 +303,10 @@ public:
   template <int R>
   void add_spring(const Mat<R, D>& by_spring, Mat<R, T>& rows) const
   {
-    const OldPoint<F, true>& was = _p.old;
-    Mat<D, T> spring = turned_with_facet<D, F::affine>(
-        was.spring, {was.frame, old_bend()}, was.dual, {_p.slave, _bend},
-        was.accepted, _at.template along<D>(_e.history.traction_old));
+    const OldPoint<D, true>& was = _p.old;
+    Mat<D, T> spring = turned_with_facet<D>(
+        was.spring, {was.slave.old, old_bend()}, was.slave.old_dual,
+        {_p.slave, _bend}, was.accepted, along<D>(_e.history.traction_old));
     if constexpr (M > 0) // held as lengths
       spring += was.spring.value() * _log_gamma;
     rows += by_spring * spring;
@@ -317,8 +324,8 @@ public:
     {
       by_log_gamma += law.by_w * _p.old.w - law.by_rate;
       if (_e.history.has_coefficient)
-        rows += law.by_coefficient *
-                _at.template along<1>(_e.history.coefficient.transpose());
+        rows +=
+            law.by_coefficient * along<1>(_e.history.coefficient.transpose());
       else
         for (int j = 0; j < T; ++j)
           set_column(rows, j,
@@ -331,21 +338,29 @@ public:
       rows += law.by_lam * _lam;
     if constexpr (M > 0 and requires { law.by_spring; })
       if (_e.history.has_kept)
-        rows +=
-            law.by_spring / _p.gamma * _at.template along<D>(_e.history.kept);
+        rows += law.by_spring / _p.gamma * along<D>(_e.history.kept);
   }
 
 private:
   [[nodiscard]] Curvature<D> old_bend() const
   {
-    return curvature_at<F>(_e.history.slave_old, _q.xi, _p.old.frame,
-                           _p.old.dual);
+    const TwoFrames<D>& slave = _p.old.slave;
+    return _e.slave_bends ? curvature_of<D>(_e.history.slave_old, slave.old,
+                                            slave.old_dual)
+                          : no_curvature<D>();
   }
 
-  const Data& _e;
-  const ElementPoint<F>& _q;
-  const HitPoint<F, L, Law>& _p;
-  const HitSlopes<F, L, Law>& _at;
+  /// How a field changes along the facet
+  template <int R>
+  [[nodiscard]] static Mat<R, T> along(const Mat<R, D>& coefficients)
+  {
+    return coefficients.template rightCols<T>();
+  }
+
+  const TaylorData<D>& _e;
+  const ElementPoint& _q;
+  const HitPoint<D, Law>& _p;
+  const HitSlopes<D, Law>& _at;
   const Curvature<D>& _bend;
   const Mat<1, T>& _log_gamma;
   const Mat<M, T>& _lam;

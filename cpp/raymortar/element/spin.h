@@ -2,8 +2,8 @@
 #pragma once
 
 #include "raymortar/element/convected.h"
-#include "raymortar/element/facet_states.h"
 #include "raymortar/element/turned_traction.h"
+#include "raymortar/element/two_frames.h"
 
 namespace raymortar
 {
@@ -137,31 +137,6 @@ struct SpinSlopes<3>
     return by_slide * slides;
   }
 };
-
-/// @brief Variation of the angle by the displacement dofs of both sides, the
-/// slave's normal aside.
-/// @param[in] now, dual Frame of the master and dual of its tangents
-template <class F>
-[[nodiscard]] Eigen::Matrix<double, 1, 2 * Variations<F>::side>
-vary_angle(const Spin<3>& spin, const SpinSlopes<3>& by,
-           const PointGeometry<F>& p, const Frame<3>& now,
-           const Mat<3, 2>& dual)
-{
-  constexpr int side = Variations<F>::side;
-  Eigen::Matrix<double, 1, 2 * side> rows;
-  const Vec<F::dofs> across = p.dN_s * spin.across;
-  for (int a = 0; a < F::dofs; ++a)
-    for (int i = 0; i < 3; ++i)
-      rows[a * 3 + i] =
-          p.dN_s(a, 0) * by.by_first_now[i] + across[a] * by.by_second_now[i];
-  const SideRows<F, 1> first = vary_convected<F, 1>(
-      spin.first, by.by_first.transpose(), now, dual, p.dN_m);
-  const SideRows<F, 1> second = vary_convected<F, 1>(
-      spin.second, by.by_second.transpose(), now, dual, p.dN_m);
-  for (int k = 0; k < side; ++k)
-    rows[side + k] = first[k] + second[k];
-  return rows;
-}
 
 /// @brief Derivative of the angle along the slave facet, its normal and the
 /// point that is hit aside.

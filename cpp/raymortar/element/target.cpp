@@ -1,7 +1,7 @@
 #include "raymortar/element/segment_target.h"
 #include "raymortar/geometry/dispatch.h"
-#include "raymortar/rigid/freedom.h"
-#include "raymortar/rigid/in_space.h"
+#include "raymortar/target/freedom.h"
+#include "raymortar/target/in_space.h"
 
 namespace raymortar
 {

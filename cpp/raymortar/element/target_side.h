@@ -5,7 +5,7 @@
 #include "raymortar/element/assembler.h"
 #include "raymortar/element/facet_taylor.h"
 #include "raymortar/element/point_shapes.h"
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/target/freedom.h"
 #include <optional>
 
 namespace raymortar

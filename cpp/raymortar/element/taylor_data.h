@@ -2,12 +2,39 @@
 // All points share one set of these data.
 #pragma once
 
-#include "raymortar/element/element_states.h"
+#include "raymortar/element/measure.h"
+#include "raymortar/element/spin.h"
 #include "raymortar/element/taylor_facet.h"
-#include "raymortar/geometry/curvature.h"
+#include "raymortar/law/friction.h"
 
 namespace raymortar
 {
+/// @brief One integration point of an element.
+struct ElementPoint
+{
+  double weight;      ///< in reference coordinates
+  double area;        ///< times the reference Jacobian
+  double g;           ///< length of the ray from slave to target
+  PointBound bound{}; ///< of a friction law that is known at points only
+};
+
+/// @brief What friction needs of the accepted step, as TaylorData has it.
+template <int D>
+struct FrictionData
+{
+  using Taylor = typename TaylorFacet<D>::NodeMatrix;
+  Taylor slave_old = Taylor::Zero();
+  Taylor master_old = Taylor::Zero();
+  Mat<D, D> traction_old = Mat<D, D>::Zero(); ///< see ContactState
+  bool has_springs = true;                    ///< false: traction_old is zero
+  /// What the law has in place of the multiplier's unfelt part, less it
+  Mat<D, D> kept = Mat<D, D>::Zero();
+  bool has_kept = false; ///< false: kept is zero
+  FrictionLaw friction;
+  bool has_coefficient = false; ///< a field in place of the law's number
+  Vec<D> coefficient = Vec<D>::Zero();
+};
+
 /// @brief Taylor coefficients of geometry in the columns of
 /// TaylorFacet<D>::NodeMatrix, of fields in columns: value and derivatives by
 /// xi.
@@ -17,10 +44,11 @@ namespace raymortar
 template <int D>
 struct TaylorData
 {
-  using F = TaylorFacet<D>;
-  typename F::NodeMatrix slave;
-  typename F::NodeMatrix master;     ///< around the point that is hit
-  typename F::NodeMatrix reference;  ///< undeformed slave; moving segments only
+  using Taylor = typename TaylorFacet<D>::NodeMatrix;
+  // Coefficients that are never set are multiplied by zeros
+  Taylor slave = Taylor::Zero();
+  Taylor master = Taylor::Zero();    ///< around the point that is hit
+  Taylor reference = Taylor::Zero(); ///< undeformed slave; moving segments only
   Mat<D, D> lam = Mat<D, D>::Zero(); ///< traction; rows as components
   Vec<D> gamma = Vec<D>::Zero();
   Vec<D> offset = Vec<D>::Zero(); ///< length
@@ -30,117 +58,21 @@ struct TaylorData
   bool has_arm = true;          ///< see HitPoint
   bool slave_bends = true;      ///< false: tangents are the same at all points
   bool master_bends = true;
-  FrictionData<F, true> history;
+  FrictionData<D> history;
   /// Unfelt parts of the multiplier at its nodes, if anything is kept
   std::array<Mat<D, D>, 4> unfelt;
   TwoFrames<D> slave_frames;  ///< the old ones with friction only
   TwoFrames<D> master_frames; ///< those of the point that is hit
   Spin<D> spin;
-
-  /// Coefficients that are never set are multiplied by zeros
-  TaylorData()
-  {
-    for (auto* nodes :
-         {&slave, &master, &reference, &history.slave_old, &history.master_old})
-      nodes->setZero();
-    history.traction_old.setZero();
-    history.kept.setZero();
-    history.coefficient.setZero();
-  }
 };
 
-/// @brief Curvature of a facet with constant tangents.
+/// @brief Curvature of a facet by its Taylor coefficients.
 template <int D>
-[[nodiscard]] Curvature<D> no_curvature()
+[[nodiscard]] Curvature<D>
+curvature_of(const typename TaylorFacet<D>::NodeMatrix& taylor,
+             const Frame<D>& frame, const Mat<D, D - 1>& dual)
 {
-  Curvature<D> c;
-  c.t.fill(Mat<D, D - 1>::Zero());
-  c.n.setZero();
-  c.log_jacobian.setZero();
-  return c;
+  return curvature_from<D>(taylor.template rightCols < D == 2 ? 1 : 3 > (),
+                           frame, dual);
 }
-
-template <class F, int L, class Law>
-requires F::is_taylor struct ElementData<F, L, Law> : TaylorData<F::gdim>
-{
-  using Layout = ElementLayout<F, L, Law>;
-};
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] const Frame<F::gdim>&
-master_frame(const ElementData<F, L, Law>& e, const ElementPoint<F>&)
-{
-  return e.master_frames.now;
-}
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] bool
-frame_of_target(const ElementData<F, L, Law>& e)
-{
-  return e.frame_of_target;
-}
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] bool
-acts_over_gaps(const ElementData<F, L, Law>& e)
-{
-  return e.has_arm;
-}
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] bool
-bends_at_master(const ElementData<F, L, Law>& e)
-{
-  return e.master_bends;
-}
-
-template <class F, int L, class Law>
-requires F::is_taylor [[nodiscard]] bool
-bends_at_slave(const ElementData<F, L, Law>& e)
-{
-  return e.slave_bends;
-}
-
-/// Coordinates on a Taylor facet are 0: its shape functions are known
-template <class F>
-requires F::is_taylor struct NodeShapes<F>
-{
-  explicit NodeShapes(const typename F::RefPoint&) {}
-  [[nodiscard]] Vec<F::dofs> displacement(const typename F::RefPoint&) const
-  {
-    return Vec<F::dofs>::Unit(0);
-  }
-};
-
-/// Frames and spin come with the data
-template <class F>
-requires F::is_taylor struct ElementStates<F, true>
-{
-  static constexpr int D = F::gdim;
-
-  struct Side
-  {
-    const TwoFrames<D>& frames;
-    [[nodiscard]] const TwoFrames<D>& at(const NodeShapes<F>&) const
-    {
-      return frames;
-    }
-    void set(TwoFrames<D>& f, const NodeShapes<F>&) const { f = frames; }
-  };
-  Side slave;
-  Side master;
-
-  explicit ElementStates(const TaylorData<D>& e)
-      : slave{e.slave_frames}, master{e.master_frames}, _spin(e.spin)
-  {
-  }
-
-  void set_spin(Spin<D>& spin, const TwoFrames<D>&, const TwoFrames<D>&) const
-  {
-    spin = _spin;
-  }
-
-private:
-  const Spin<D>& _spin;
-};
 } // namespace raymortar

@@ -2,7 +2,7 @@
 // add it to the tangent.
 #pragma once
 
-#include "raymortar/element/nodal_element.h"
+#include "raymortar/element/any_element.h"
 
 namespace raymortar
 {
@@ -25,12 +25,10 @@ class TaylorGradient
 {
 public:
   using Kernel = AnyElement<D, Law>;
-  using F = typename Kernel::F;
   using Data = typename Kernel::Data;
   using Hit = typename Kernel::template Hit<true>;
   static constexpr int T = D - 1;
   static constexpr int M = Kernel::M;
-  static constexpr int L = Kernel::L;
 
   /// @brief How what does not depend on the target changes along the slave.
   struct Place
@@ -39,34 +37,41 @@ public:
     AreaAlong<D> area; ///< in the measure of integration
     Mat<1, T> log_gamma;
 
-    Place(const Data& e, const ElementPoint<F>& q,
-          const SlavePoint<F, L, Law>& p, const Mat<D, T>& dual)
-        : bend(e.slave_bends ? curvature_at<F>(e.slave, q.xi, p.slave, dual)
+    Place(const Data& e, const SlavePoint<D, Law>& p, const Mat<D, T>& dual)
+        : bend(e.slave_bends ? curvature_of<D>(e.slave, p.slave, dual)
                              : no_curvature<D>()),
-          area(area_of(e, q, p)),
+          area(area_of(e, p)),
           log_gamma(e.gamma.template tail<T>().transpose() / p.gamma)
     {
     }
 
   private:
-    [[nodiscard]] AreaAlong<D> area_of(const Data& e, const ElementPoint<F>& q,
-                                       const SlavePoint<F, L, Law>& p) const
+    [[nodiscard]] AreaAlong<D> area_of(const Data& e,
+                                       const SlavePoint<D, Law>& p) const
     {
-      if (e.slave_bends or moves(e.measure))
-        return area_along<F>(e.measure, e.reference, q.xi, p.slave, bend);
-      return area_along<D>(e.measure, frame_at<F>(e.reference, q.xi), bend);
+      if (moves(e.measure))
+        return area_along<D>(e.measure, p.slave, bend);
+      Frame<D> frame;
+      frame.x = e.reference.col(0);
+      frame.t = e.reference.template middleCols<T>(1);
+      set_normal(frame);
+      return area_along<D>(
+          e.measure, frame,
+          e.slave_bends
+              ? curvature_of<D>(e.reference, frame, dual_tangents<D>(frame))
+              : no_curvature<D>());
     }
   };
 
   /// @brief Of a point with a hit.
-  static void hit(const Data& e, const ElementPoint<F>& q, const Hit& p,
-                  const HitSlopes<F, L, Law>& slopes, const PointShapes<D>& at,
+  static void hit(const Data& e, const ElementPoint& q, const Hit& p,
+                  const HitSlopes<D, Law>& slopes, const PointShapes<D>& at,
                   AnyIntegrand<D>& out)
   {
-    const Place along(e, q, p, slopes.dual);
+    const Place along(e, p, slopes.dual);
     const Mat<M, T> lam = e.lam.template block<M, T>(0, 1);
-    const FacetColumns<F, L, Law> columns(e, q, p, slopes, along.bend,
-                                          along.log_gamma, lam);
+    const FacetColumns<D, Law> columns(e, q, p, slopes, along.bend,
+                                       along.log_gamma, lam);
     const auto& r = p.response;
     const Mat<D, T> t = chain<D>(traction_slopes(p), p, slopes, columns) +
                         r.t * along.area.log_jacobian;
@@ -83,47 +88,15 @@ public:
                     chain<M>(condition_slopes(p), p, slopes, columns), at, out);
   }
 
-  /// @brief Of the rows of nodes whose law holds there.
-  static void nodes(const Data& e, const ElementPoint<F>& q, const Hit& p,
-                    const HitSlopes<F, L, Law>& slopes,
-                    const PointShapes<D>& at,
-                    const FacetConditions<D, Law>& nodes, AnyIntegrand<D>& out)
-  {
-    const Place along(e, q, p, slopes.dual);
-    const Mat<1, T> no_gamma = Mat<1, T>::Zero();
-    const Mat<M, T> no_lam = Mat<M, T>::Zero();
-    const FacetColumns<F, L, Law> columns(e, q, p, slopes, along.bend, no_gamma,
-                                          no_lam);
-    const double w = along.area.jacobian * at.scale;
-    for (int k = 0; k < nodes.size(); ++k)
-    {
-      const auto& c = nodes.at(k);
-      const RowAtPoint<D, M> row = nodes.row(e, p, k);
-      const PointSlopes<D, Law> by_point(c, row);
-      const Mat<M, T> along_facet =
-          chain<M>(by_point.slopes(), p, slopes, columns) + row.along +
-          row.test * p.gamma * c.by_gamma * along.log_gamma +
-          row.value * along.area.log_jacobian;
-      for (int i = 0; i < M; ++i)
-      {
-        const auto r = static_cast<std::size_t>(at.side() + k * M + i);
-        out.f[r] = w * row.value[i] + at.scale * row.by_share[i];
-        for (std::size_t j = 0; j < T; ++j)
-          out.f_xi[j][r] = w * along_facet(i, static_cast<int>(j));
-      }
-    }
-  }
-
   /// @brief Of a point without a hit.
-  static void miss(const Data& e, const ElementPoint<F>& q,
-                   const SlavePoint<F, L, Law>& p, const PointShapes<D>& at,
-                   AnyIntegrand<D>& out)
+  static void miss(const Data& e, const SlavePoint<D, Law>& p,
+                   const PointShapes<D>& at, AnyIntegrand<D>& out)
   {
     std::fill_n(out.f.begin(), at.size(), 0.0);
     for (auto& rate : out.f_xi)
       std::fill_n(rate.begin(), at.size(), 0.0);
     if constexpr (M > 0)
-      set_condition(p, Place(e, q, p, dual_tangents<D>(p.slave)),
+      set_condition(p, Place(e, p, dual_tangents<D>(p.slave)),
                     Law::template without_hit<D>(p.lam),
                     -e.lam.template block<M, T>(0, 1), at, out);
   }
@@ -191,8 +164,8 @@ private:
   /// Add the moments of tractions at the ends of arms, in the target's frame
   /// @param[in] t_xi With the change of area
   static void add_arms(const Data& e, const Hit& p,
-                       const HitSlopes<F, L, Law>& slopes, const Place& along,
-                       const FacetColumns<F, L, Law>& columns,
+                       const HitSlopes<D, Law>& slopes, const Place& along,
+                       const FacetColumns<D, Law>& columns,
                        const Mat<D, T>& t_xi, const PointShapes<D>& at,
                        AnyIntegrand<D>& out)
   {
@@ -209,7 +182,7 @@ private:
 
   /// p g n . d(nu)  [theory (4.22)]
   static void add_foot(const Data& e, const Hit& p,
-                       const HitSlopes<F, L, Law>& slopes, const Place& along,
+                       const HitSlopes<D, Law>& slopes, const Place& along,
                        const Mat<T, T>& eta_xi, const Mat<1, T>& p_xi,
                        const PointShapes<D>& at, AnyIntegrand<D>& out)
   {
@@ -249,16 +222,15 @@ private:
   }
 
   /// Derivative of the ray's length
-  [[nodiscard]] static Mat<1, T> ray_along(const Hit& p,
-                                           const HitSlopes<F, L, Law>& slopes,
-                                           const Place& along)
+  [[nodiscard]] static Mat<1, T>
+  ray_along(const Hit& p, const HitSlopes<D, Law>& slopes, const Place& along)
   {
-    const Mat<1, D> along_ray = slopes.vary.dual.row(D - 1);
+    const Mat<1, D> along_ray = slopes.ray.row(D - 1);
     return -(along_ray * (p.slave.t + p.g * along.bend.n));
   }
 
   /// - t . g dn  [theory (4.21)]
-  static void add_couple(const Hit& p, const HitSlopes<F, L, Law>& slopes,
+  static void add_couple(const Hit& p, const HitSlopes<D, Law>& slopes,
                          const Place& along, const Vec<D>& t,
                          const Mat<D, T>& t_xi, const PointShapes<D>& at,
                          AnyIntegrand<D>& out)
@@ -289,7 +261,7 @@ private:
   }
 
   /// C . mu / gamma
-  static void set_condition(const SlavePoint<F, L, Law>& p, const Place& along,
+  static void set_condition(const SlavePoint<D, Law>& p, const Place& along,
                             const Vec<M>& C, const Mat<M, T>& C_xi,
                             const PointShapes<D>& at, AnyIntegrand<D>& out)
   {

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "raymortar/element/convected.h"
-#include "raymortar/element/facet_states.h"
+#include "raymortar/element/two_frames.h"
 
 namespace raymortar
 {

@@ -2,7 +2,6 @@
 // step: what the springs of the elastic penalty start from.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
 #include "raymortar/geometry/curvature.h"
 
 namespace raymortar
@@ -86,47 +85,37 @@ carry_traction(const Frame<D>& old, const Mat<D, D - 1>& old_dual,
   return c;
 }
 
-/// @brief Derivative of f(value()) by the slave's displacement dofs, for the
+/// @brief Add the derivative of f(value()) by the slave's tangents, for the
 /// derivative of f by the value.
-/// @param[in] by_value (R, gdim)
-template <class F, int R>
-[[nodiscard]] SideRows<F, R> vary_turned(const TurnedTraction<F::gdim>& c,
-                                         const Mat<R, F::gdim>& by_value,
-                                         const PointGeometry<F>& p)
+/// @param[in] now Frame of the slave
+/// @param[in] dual Of its tangents
+/// @param[in,out] rows By its position and by each tangent
+template <int R, int D>
+void add_turned(const TurnedTraction<D>& c, const Mat<R, D>& by_value,
+                const Frame<D>& now, const Mat<D, D - 1>& dual,
+                std::array<Mat<R, D>, D>& rows)
 {
-  constexpr int D = F::gdim;
-  // - dn, on which the part along the normal and d direction depend
-  Mat<R, D> by_n = Mat<R, D>::Zero();
+  const auto of = [&rows](int j) -> Mat<R, D>&
+  { return rows[static_cast<std::size_t>(1 + j)]; };
   if (c.whole)
-    by_n = c.outward * by_value;
-  Mat<R, D> by_along = Mat<R, D>::Zero(), by_across = Mat<R, D>::Zero();
-  Vec<F::dofs> along = Vec<F::dofs>::Zero(), across = Vec<F::dofs>::Zero();
-  if (c.squared > 0.0)
+    for (int j = 0; j < D - 1; ++j)
+      of(j) -= (c.outward * by_value * column(dual, j)) * now.n.transpose();
+  if (c.squared == 0.0)
+    return;
+  // d direction = dt along - n x (dt across) + (t across) x dn
+  const Mat<R, D> by_along = by_value * c.by_direction();
+  for (int j = 0; j < D - 1; ++j)
+    of(j) += c.along[j] * by_along;
+  if constexpr (D == 3)
   {
-    // d direction = dt along - n x (dt across) + (t across) x dn
-    by_along = by_value * c.by_direction();
-    along = p.dN_s * c.along;
-    if constexpr (D == 3)
+    const Mat<R, D> by_across = by_along * cross_matrix(now.n);
+    const Mat<R, D> by_n = by_along * cross_matrix(Vec<D>(now.t * c.across));
+    for (int j = 0; j < D - 1; ++j)
     {
-      by_across = by_along * cross_matrix(p.slave.n);
-      across = p.dN_s * c.across;
-      by_n += by_along * cross_matrix(p.slave.t * c.across);
+      const Vec<R> turn = by_n * column(dual, j);
+      of(j) -= c.across[j] * by_across + turn * now.n.transpose();
     }
   }
-  const Mat<R, F::dofs> turn = by_n * p.G_s;
-  SideRows<F, R> rows;
-  for (int r = 0; r < R; ++r)
-  {
-    const Vec<D> beside = row_of(by_across, r), ahead = row_of(by_along, r);
-    for (int a = 0; a < F::dofs; ++a)
-    {
-      Vec<D> entries = along[a] * ahead - turn(r, a) * p.slave.n;
-      if constexpr (D == 3)
-        entries -= across[a] * beside;
-      put<D>(entries, rows.data() + (r * F::dofs + a) * D);
-    }
-  }
-  return rows;
 }
 
 /// @brief Frame of a material point with its derivatives along the facet.
@@ -138,12 +127,11 @@ struct BentFrame
 };
 
 /// @brief Derivative by xi of what carry_traction makes of a field.
-/// @tparam Flat Of an affine facet, where frames stay what they are
 /// @param[in] c What it makes of it
 /// @param[in] old, now Of the same material point
 /// @param[in] old_dual Of the old tangents
 /// @param[in] traction, traction_xi The field and its derivative by xi
-template <int D, bool Flat = false>
+template <int D>
 [[nodiscard]] Mat<D, D - 1>
 turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
                   const Mat<D, D - 1>& old_dual, const BentFrame<D>& now,
@@ -167,29 +155,20 @@ turned_with_facet(const TurnedTraction<D>& c, const BentFrame<D>& old,
     const Mat<D, D - 1>&dt_0 = old.bend.t[k], &dt = now.bend.t[k];
     const Vec<D> dn_0 = column(old.bend.n, j), dn = column(now.bend.n, j);
     const Vec<D> dtraction = column(traction_xi, j);
-    Vec<D> dv = dtraction - dot<D>(n_0, dtraction) * n_0;
-    if constexpr (not Flat)
-      dv -= normal * dn_0 + dot<D>(dn_0, traction) * n_0;
+    const Vec<D> dv = dtraction - dot<D>(n_0, dtraction) * n_0 - normal * dn_0 -
+                      dot<D>(dn_0, traction) * n_0;
     // The components a of a tangential vector u = t_0 a change by those of
     // du - dt_0 a
-    Vec<D> du = dv;
-    if constexpr (not Flat)
-      du -= dt_0 * c.along;
-    Vec<D> ddirection = now.frame.t * (old_dual.transpose() * du);
-    if constexpr (not Flat)
-      ddirection += dt * c.along;
+    Vec<D> ddirection =
+        now.frame.t * (old_dual.transpose() * (dv - dt_0 * c.along)) +
+        dt * c.along;
     if constexpr (D == 3)
     {
-      Vec<D> dacross = cross(n_0, dv);
-      if constexpr (not Flat)
-        dacross += cross(dn_0, v) - dt_0 * c.across;
-      Vec<D> dturned = now.frame.t * (old_dual.transpose() * dacross);
-      if constexpr (not Flat)
-      {
-        dturned += dt * c.across;
-        ddirection -= cross(dn, now.frame.t * c.across);
-      }
-      ddirection -= cross(now.frame.n, dturned);
+      const Vec<D> dacross = cross(n_0, dv) + cross(dn_0, v) - dt_0 * c.across;
+      const Vec<D> dturned =
+          now.frame.t * (old_dual.transpose() * dacross) + dt * c.across;
+      ddirection -=
+          cross(dn, now.frame.t * c.across) + cross(now.frame.n, dturned);
     }
     set_column(rate, j,
                column(rate, j) + dot<D>(v, dv) * by_length +

@@ -1,7 +1,7 @@
 // Motion of segment vertices on the slave, with the bodies.
 #pragma once
 
-#include "raymortar/element/kinematics.h"
+#include "raymortar/geometry/curvature.h"
 #include "raymortar/geometry/patch.h"
 #include "raymortar/mortar/segmentation.h"
 
@@ -91,6 +91,24 @@ struct MasterNodes
   }
 };
 
+/// @brief A slave facet at a point: its frame and how shape functions turn it.
+template <class F>
+struct SlaveGeometry
+{
+  Frame<F::gdim> slave;
+  Vec<F::dofs> N_s;           ///< shape functions at xi
+  Mat<F::gdim, F::tdim> dual; ///< of the tangents, see dual_tangents
+  Mat<F::gdim, F::dofs> G_s;  ///< surface gradients of N_s, 1/length
+
+  SlaveGeometry(const typename F::NodeMatrix& nodes,
+                const typename F::RefPoint& xi)
+      : slave(frame_at<F>(nodes, xi)), N_s(F::Disp::values(xi)),
+        dual(dual_tangents<F::gdim>(slave)),
+        G_s(dual * F::Disp::gradients(xi).transpose())
+  {
+  }
+};
+
 /// @brief (3.5) or (3.6) differentiated.
 /// @param[in] slave Deformed nodes, (gdim, nodes). Length
 /// @param[in] master Like MasterNodes, of any facet type
@@ -102,7 +120,7 @@ vertex_motion(const typename F::NodeMatrix& slave, const Master& master,
               const typename F::RefPoint& xi, const Break& hangs_on)
 {
   constexpr int D = F::gdim;
-  const PointGeometry<F> p = slave_geometry<F>(slave, xi);
+  const SlaveGeometry<F> p(slave, xi);
   const double g = p.slave.n.dot(master.at(hangs_on.eta) - p.slave.x);
   const VertexSystem<F> system(
       p.slave.t + g * curvature_at<F>(slave, xi, p.slave, p.dual).n, p.slave.n,

@@ -1,7 +1,5 @@
 #include "raymortar/fem/zone.h"
 #include "raymortar/core/stopwatch.h"
-#include "raymortar/element/node_conditions.h"
-#include "raymortar/element/excess.h"
 #include "raymortar/fem/parts.h"
 #include <algorithm>
 #include <array>
@@ -235,21 +233,13 @@ void Zone::set_node_bounds(std::vector<PointBound> bounds)
   _interface.set_node_bounds(std::move(bounds));
 }
 
-void Zone::set_node_sums(NodeSums sums)
+void Zone::set_node_sums(std::span<const double> sums)
 {
-  _interface.set_node_sums(std::move(sums));
+  _interface.set_node_sums(sums);
   _has_node_sums = true;
 }
 
-Springs Zone::accepted_springs() const
-{
-  if (state().has_law_at_nodes())
-    return {accepted_ties(state()), {}};
-  const PointResults results = assembler().results(state());
-  if (state().multipliers.components > 0)
-    return {accepted_excess(state(), results), {}};
-  return raymortar::accepted_springs(state(), results);
-}
+Springs Zone::accepted_springs() const { return _interface.accepted_springs(); }
 
 template <int D>
 void Zone::update_halo()

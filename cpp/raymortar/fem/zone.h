@@ -1,7 +1,6 @@
 // A contact zone: an interface whose facets are spread over ranks.
 #pragma once
 
-#include "raymortar/element/springs.h"
 #include "raymortar/fem/halo.h"
 #include "raymortar/interface/interface.h"
 #include <optional>
@@ -157,10 +156,10 @@ public:
     _interface.set_unfelt(parts, accepted, kept);
   }
 
-  /// @brief See Interface::set_law.
-  void set_law(Condition condition, bool dual)
+  /// @brief See Interface::set_terms.
+  void set_terms(const TermFactory& factory)
   {
-    _interface.set_law(condition, dual);
+    _interface.set_terms(factory);
     _has_node_sums = false;
   }
 
@@ -192,10 +191,8 @@ public:
   {
     return state().has_law_at_nodes() and not _has_node_sums;
   }
-  /// @brief What this zone gives to the sums.
-  [[nodiscard]] NodeSums own_node_sums() { return _interface.own_node_sums(); }
   /// @brief Set the sums of all zones and ranks that share nodes.
-  void set_node_sums(NodeSums sums);
+  void set_node_sums(std::span<const double> sums);
 
   /// @brief What the friction springs carry on from the present state, as the
   /// field "traction_old" of the next step, (slave facets, dofs per facet,

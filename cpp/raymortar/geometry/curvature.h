@@ -77,35 +77,49 @@ template <class F>
     return F::SecondOfNode::at(xi);
 }
 
+/// @brief Curvature of a facet with constant tangents.
+template <int D>
+[[nodiscard]] Curvature<D> no_curvature()
+{
+  Curvature<D> c;
+  c.t.fill(Mat<D, D - 1>::Zero());
+  c.n.setZero();
+  c.log_jacobian.setZero();
+  return c;
+}
+
 /// @brief Curvature of a facet at a point, where its frame and the dual basis
 /// of its tangents are known.
 ///
 /// With dt_i = x_,ij the normal's and the area's variations  [theory (2.4),
 /// (2.5)] hold as they are: n_,j = - sum_i t^i (n . x_,ij).
-template <class F>
-[[nodiscard]] Curvature<F::gdim>
-curvature_at(const typename F::NodeMatrix& nodes, const NodeBends<F>& bends,
-             const Frame<F::gdim>& frame, const Mat<F::gdim, F::tdim>& dual)
+/// @param[in] second Derivatives of the position, as in SecondGradients
+template <int D>
+[[nodiscard]] Curvature<D> curvature_from(const Mat<D, D == 2 ? 1 : 3>& second,
+                                          const Frame<D>& frame,
+                                          const Mat<D, D - 1>& dual)
 {
-  constexpr int T = F::tdim;
-  Curvature<F::gdim> c;
-  if constexpr (F::affine)
+  Curvature<D> c;
+  for (int j = 0; j < D - 1; ++j)
   {
-    c.t.fill(Mat<F::gdim, T>::Zero());
-    c.n.setZero();
-    c.log_jacobian.setZero();
-    return c;
-  }
-  const Mat<F::gdim, T == 1 ? 1 : 3> second = nodes * bends;
-  for (int j = 0; j < T; ++j)
-  {
-    Mat<F::gdim, T>& dt = c.t[j];
-    for (int i = 0; i < T; ++i)
+    Mat<D, D - 1>& dt = c.t[static_cast<std::size_t>(j)];
+    for (int i = 0; i < D - 1; ++i)
       set_column(dt, i, column(second, i + j));
     set_column(c.n, j, dual * -(dt.transpose() * frame.n));
     c.log_jacobian[j] = dual.cwiseProduct(dt).sum();
   }
   return c;
+}
+
+template <class F>
+[[nodiscard]] Curvature<F::gdim>
+curvature_at(const typename F::NodeMatrix& nodes, const NodeBends<F>& bends,
+             const Frame<F::gdim>& frame, const Mat<F::gdim, F::tdim>& dual)
+{
+  if constexpr (F::affine)
+    return no_curvature<F::gdim>();
+  else
+    return curvature_from<F::gdim>(nodes * bends, frame, dual);
 }
 
 template <class F>

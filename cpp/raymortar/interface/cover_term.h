@@ -28,6 +28,9 @@ public:
 
   [[nodiscard]] const CoverData& data() const { return _data; }
 
+  [[nodiscard]] CoverTerm* cover() override { return this; }
+  /// Nodes that are covered on this rank, until the zone tells of others
+  void set_up(ContactState& s) override { set_nodes(covered_nodes(s)); }
   Work residual(const ContactState& s, VectorSink& sink) const override;
   /// Segments have the same pairs of facets: the mortar term needs them
   Work tangent(const ContactState& s, MatrixSink& sink) const override;

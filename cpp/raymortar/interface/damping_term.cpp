@@ -116,8 +116,7 @@ HeldFacets look(const StepStart& start, const std::vector<Index>& facets,
   past.master.x = past.master.x_old;
   if (facets.empty())
     return held;
-  const auto candidates =
-      find_candidates(past.slave, past.master, distances, Strategy::bvh);
+  const auto candidates = find_candidates(past.slave, past.master, distances);
   past.segmentation = make_segments(past.slave, past.master, candidates,
                                     {distances, start.rules.subdivide});
   past.points =

@@ -33,6 +33,8 @@ public:
   /// empty: nowhere
   void set_kept(const Multipliers& m, std::span<const std::int8_t> kept);
 
+  [[nodiscard]] DampingTerm* damping() override { return this; }
+
   void begin_step(const StepStart& start) override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;

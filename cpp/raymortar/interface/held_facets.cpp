@@ -5,7 +5,7 @@
 #include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/taylor.h"
 #include "raymortar/pairing/facet_dofs.h"
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/target/freedom.h"
 #include <algorithm>
 #include <cmath>
 

@@ -1,5 +1,7 @@
 #include "raymortar/interface/interface.h"
 #include "raymortar/core/error.h"
+#include "raymortar/element/excess.h"
+#include "raymortar/interface/mortar_term.h"
 #include <algorithm>
 
 namespace raymortar
@@ -29,11 +31,17 @@ std::vector<PlacedTool> placed(const InterfaceInput& input)
   return tools;
 }
 
+const TermFactory& factory_of(const InterfaceInput& input)
+{
+  static const PointTerms at_points;
+  return input.terms ? *input.terms : at_points;
+}
+
 /// Nothing moves vertices of whole facets, or of a tie's segments
 bool has_moving_segments(const InterfaceInput& input)
 {
-  return input.moving_segments and not input.tie and
-         (input.tools.empty() or have_rims(placed(input)));
+  return input.moving_segments and factory_of(input).lets_segments_move() and
+         (input.tools.empty() or cutter_of(placed(input)));
 }
 
 /// Whether the poses were others before
@@ -71,106 +79,109 @@ ContactState first_state(const InterfaceInput& input)
             static_cast<std::size_t>(s.multipliers.components),
         0.0);
   s.method = input.method;
-  s.condition = input.tie ? Condition::points : input.condition;
   s.friction = input.friction;
-  if (input.tie) // it holds all components, as contact that sticks
-    s.friction = Stick{};
   s.measure = input.measure;
   s.frame = input.frame;
   s.keeps_springs = input.keeps_springs;
   s.moving_segments = has_moving_segments(input);
   s.segment_rules = input.segment_rules;
   s.gamma.nodal.assign(input.slave.facet_dofs.size(), 1.0);
+  factory_of(input).prepare(s);
   return s;
 }
-
-/// Adds a term to a list
-template <class T>
-T* appended(std::vector<std::unique_ptr<Term>>& terms, std::unique_ptr<T> term)
-{
-  T* added = term.get();
-  terms.push_back(std::move(term));
-  return added;
-}
 } // namespace
+
+std::vector<std::unique_ptr<Term>> PointTerms::make(const ContactState& s,
+                                                    bool moves) const
+{
+  std::vector<std::unique_ptr<Term>> terms;
+  terms.push_back(std::make_unique<MortarTerm>(make_assembler(s), moves));
+  terms.push_back(std::make_unique<DampingTerm>());
+  terms.push_back(std::make_unique<CoverTerm>(s));
+  return terms;
+}
 
 Interface::Interface(const InterfaceInput& input)
     : _has_moving_segments(has_moving_segments(input)),
       _state(first_state(input)), _pipeline(input, input.slave.num_facets()),
-      _assembler(add_law(input))
+      _terms(factory_of(input).make(_state, _has_moving_segments))
 {
-  add_smoothing();
 }
 
-/// Add smoothing of the multiplier on held and on partly covered facets
-void Interface::add_smoothing()
+void Interface::set_terms(const TermFactory& factory)
 {
-  if (_state.has_law_at_nodes())
-  {
-    _nodes = appended(_terms, std::make_unique<NodeTerm>(_state));
-    _damping = &_nodes->damping();
-    _cover = &_nodes->cover();
-    return;
-  }
-  _damping = appended(_terms, std::make_unique<DampingTerm>());
-  _cover = appended(_terms, std::make_unique<CoverTerm>(_state));
-}
-
-NodeSums Interface::own_node_sums()
-{
-  if (_nodes == nullptr)
-    return {};
-  NodeSums sums =
-      _dual ? _dual->sum_nodes(_state) : _assembler->node_sums(_state, nullptr);
-  _nodes->add_sums(_state, sums);
-  return sums;
-}
-
-/// The first of the terms
-const Assembler* Interface::add_law(const InterfaceInput& input)
-{
-  if (input.tie)
-  {
-    _tie = appended(_terms, std::make_unique<TieTerm>(make_tie_kernel(
-                                *input.tie, _state.slave.gdim)));
-    return &_tie->kernel();
-  }
-  return add_contact(input.dual_multiplier);
-}
-
-const Assembler* Interface::add_contact(bool dual)
-{
-  if (dual)
-  {
-    _dual = appended(_terms,
-                     std::make_unique<DualTerm>(_state, _has_moving_segments));
-    return &_dual->assembler();
-  }
-  const MortarTerm* mortar =
-      appended(_terms, std::make_unique<MortarTerm>(make_assembler(_state),
-                                                    _has_moving_segments));
-  return &mortar->assembler();
-}
-
-void Interface::set_law(Condition condition, bool dual)
-{
-  if (_tie)
-    throw Error("a tie has no law to choose");
-  _terms.clear();
-  _dual = nullptr;
-  _nodes = nullptr;
-  _state.condition = condition;
-  _state.node_sums = {};
-  _assembler = add_contact(dual);
-  add_smoothing();
+  _state.condition = Condition::points;
+  _state.node_sums = nullptr;
+  factory.prepare(_state);
+  _terms = factory.make(_state, _has_moving_segments);
   _pipeline.forget_points();
 }
 
-void Interface::set_node_sums(NodeSums sums)
+/// What the first term gives that gives any
+template <class Get>
+auto& Interface::first(Get&& get) const
 {
-  _state.node_sums = std::move(sums);
-  if (_dual)
-    _dual->renew(_state);
+  for (const auto& term : _terms)
+    if (auto* const found = get(*term))
+      return *found;
+  throw Error("an interface has terms without a law, or without what smooths "
+              "its multiplier");
+}
+
+const Assembler& Interface::assembler() const
+{
+  return first([](const Term& term) { return term.assembler(); });
+}
+
+DampingTerm& Interface::damping() const
+{
+  return first([](Term& term) { return term.damping(); });
+}
+
+CoverTerm& Interface::cover() const
+{
+  return first([](Term& term) { return term.cover(); });
+}
+
+bool Interface::has_tied() const
+{
+  return std::any_of(_terms.begin(), _terms.end(),
+                     [](const auto& term) { return term->keeps_pairs(); });
+}
+
+std::size_t Interface::sums_per_node() const
+{
+  std::size_t width = 0;
+  for (const auto& term : _terms)
+    width = std::max(width, term->sums_per_node(_state));
+  return width;
+}
+
+std::vector<double> Interface::own_node_sums() const
+{
+  for (const auto& term : _terms)
+    if (auto sums = term->own_sums(_state); not sums.empty())
+      return sums;
+  return {};
+}
+
+void Interface::set_node_sums(std::span<const double> sums)
+{
+  for (const auto& term : _terms)
+    term->put_sums(sums, _state);
+  for (const auto& term : _terms)
+    term->take_sums(_state);
+}
+
+Springs Interface::accepted_springs() const
+{
+  for (const auto& term : _terms)
+    if (auto springs = term->accepted_springs(_state))
+      return *std::move(springs);
+  const PointResults results = assembler().results(_state);
+  if (_state.multipliers.components > 0)
+    return {accepted_excess(_state, results), {}};
+  return raymortar::accepted_springs(_state, results);
 }
 
 void Interface::set_master(Surface master)
@@ -263,7 +274,7 @@ void Interface::set_unfelt(std::span<const double> parts,
                            std::span<const double> accepted,
                            std::span<const std::int8_t> kept)
 {
-  _damping->set_kept(_state.multipliers, kept);
+  damping().set_kept(_state.multipliers, kept);
   _state.multipliers.unfelt.assign(parts.begin(), parts.end());
   _state.multipliers.accepted.assign(accepted.begin(), accepted.end());
 }
@@ -274,8 +285,8 @@ void Interface::set_gamma(std::span<const double> gamma, double scale,
   _state.gamma.nodal.assign(gamma.begin(), gamma.end());
   _state.pair_factors = std::move(factors);
   _state.multipliers.scale = scale;
-  if (_tie)
-    _tie->renew(_state);
+  for (const auto& term : _terms)
+    term->take_gamma(_state);
 }
 
 bool Interface::set_offset(std::span<const double> offset)
@@ -315,7 +326,7 @@ void Interface::set_friction_bounds(std::vector<PointBound> bounds)
 
 void Interface::set_crossing(std::span<const std::int8_t> dofs)
 {
-  _damping->set_crossing(find_crossing_facets(_state, dofs, 1.0));
+  damping().set_crossing(find_crossing_facets(_state, dofs, 1.0));
 }
 
 void Interface::pair()
@@ -328,9 +339,8 @@ void Interface::pair()
       (not _state.has_tools() or _state.master.num_facets() > 0);
   if (not renewed)
     return;
-  if (_tie)
-    _tie->set_up(_state);
-  _cover->set_nodes(covered_nodes(_state));
+  for (const auto& term : _terms)
+    term->set_up(_state);
 }
 
 void Interface::cast()

@@ -1,10 +1,10 @@
 // Contact of one slave surface with a master, on the facets that are here.
 #pragma once
 
-#include "raymortar/interface/dual_term.h"
-#include "raymortar/interface/node_term.h"
-#include "raymortar/interface/tie_term.h"
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/interface/cover_term.h"
+#include "raymortar/interface/damping_term.h"
+#include "raymortar/interface/pipeline.h"
+#include "raymortar/target/freedom.h"
 #include <string_view>
 
 namespace raymortar
@@ -17,16 +17,22 @@ struct InterfaceInput : PairingRules
   /// Rigid bodies in place of a master's facets; empty: facets
   std::vector<std::shared_ptr<const Tool>> tools;
   Multipliers multipliers;
-  bool dual_multiplier = false; ///< of a law at nodes: by dual functions
   Method method = Method::augmented_lagrangian;
-  Condition condition = Condition::points;
   std::optional<FrictionLaw> friction; ///< none: frictionless
   LawFrame frame = LawFrame::automatic;
   bool keeps_springs = true; ///< see ContactState
   bool moving_segments = true;
-  /// Surfaces that are tied to each other; none: contact. A multiplier is a
-  /// vector then, and friction, measure and moving segments are not used
-  std::optional<TieGap> tie;
+  /// Makes the terms; null: contact whose law holds at points
+  std::shared_ptr<const TermFactory> terms;
+};
+
+/// @brief Contact whose law holds at points: the law's integrals and what
+/// smooths its multiplier.
+class PointTerms final : public TermFactory
+{
+public:
+  [[nodiscard]] std::vector<std::unique_ptr<Term>>
+  make(const ContactState& s, bool moves) const override;
 };
 
 /// @brief State and terms of contact, and the stages that pair its surfaces.
@@ -42,10 +48,9 @@ public:
   /// @brief Other master facets, where they are and where they were.
   void set_master(Surface master);
 
-  /// @brief Another law than that of the input, before the first step: where
-  /// it holds, and whether the multiplier is of dual functions. What is sent
-  /// for a step is to be sent anew.
-  void set_law(Condition condition, bool dual);
+  /// @brief Other terms than those of the input, before the first step: where
+  /// the law holds. What is sent for a step is to be sent anew.
+  void set_terms(const TermFactory& factory);
 
   /// @brief Present displacement of the slave's and the master's dofs,
   /// (dofs, gdim).
@@ -118,15 +123,17 @@ public:
   void pair();
 
   /// @brief Whether nothing that moves changes the pairs.
-  [[nodiscard]] bool has_tied() const { return _tie and _tie->is_set_up(); }
+  [[nodiscard]] bool has_tied() const;
 
   /// @brief Rays only; the tangent is that at fixed points until `pair`.
   void cast();
 
-  /// @brief What this zone's facets give to the nodes at which the law holds.
-  [[nodiscard]] NodeSums own_node_sums();
+  /// @brief See Term::sums_per_node.
+  [[nodiscard]] std::size_t sums_per_node() const;
+  /// @brief See Term::own_sums.
+  [[nodiscard]] std::vector<double> own_node_sums() const;
   /// @brief The same of all zones and ranks, which the law takes.
-  void set_node_sums(NodeSums sums);
+  void set_node_sums(std::span<const double> sums);
   void set_node_bounds(std::vector<PointBound> bounds)
   {
     _state.node_bounds = std::move(bounds);
@@ -143,26 +150,21 @@ public:
 
   [[nodiscard]] const ContactState& state() const { return _state; }
   [[nodiscard]] const Pipeline& pipeline() const { return _pipeline; }
-  [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
-  [[nodiscard]] DampingTerm& damping() { return *_damping; }
-  [[nodiscard]] const DampingTerm& damping() const { return *_damping; }
-  [[nodiscard]] CoverTerm& cover() { return *_cover; }
+  /// @brief Kernel of the law.
+  [[nodiscard]] const Assembler& assembler() const;
+  [[nodiscard]] DampingTerm& damping() const;
+  [[nodiscard]] CoverTerm& cover() const;
+  /// @brief See Zone::accepted_springs.
+  [[nodiscard]] Springs accepted_springs() const;
 
 private:
-  const Assembler* add_law(const InterfaceInput& input);
-  const Assembler* add_contact(bool dual);
-  void add_smoothing();
+  template <class Get>
+  [[nodiscard]] auto& first(Get&& get) const;
   void forget_what_hangs_on_past();
 
   bool _has_moving_segments;
   ContactState _state;
   Pipeline _pipeline;
   std::vector<std::unique_ptr<Term>> _terms;
-  TieTerm* _tie = nullptr;         ///< one of the terms, none: contact
-  DualTerm* _dual = nullptr;       ///< likewise, none: no dual functions
-  const Assembler* _assembler;     ///< of contact, or of a tie
-  NodeTerm* _nodes = nullptr;      ///< one of the terms, none: no law at nodes
-  DampingTerm* _damping = nullptr; ///< a term, or a part of that of nodes
-  CoverTerm* _cover = nullptr;     ///< likewise
 };
 } // namespace raymortar

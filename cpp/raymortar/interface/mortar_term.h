@@ -16,7 +16,10 @@ public:
   {
   }
 
-  [[nodiscard]] const Assembler& assembler() const { return *_assembler; }
+  [[nodiscard]] const Assembler* assembler() const override
+  {
+    return _assembler.get();
+  }
 
   void add_needs(const ContactState& s, PatternNeeds& needs) const override;
   Work residual(const ContactState& s, VectorSink& sink) const override;

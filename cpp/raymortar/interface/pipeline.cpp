@@ -46,8 +46,7 @@ void Pipeline::update_candidates(const ContactState& s)
       { return 0.5 * _rules.distances[static_cast<Index>(f)].skin; });
   _master_boxes.keep<D>(master,
                         [this](std::size_t) { return 0.5 * _smallest_skin; });
-  _candidates =
-      find_candidates(s.slave, s.master, _rules.distances, _rules.strategy);
+  _candidates = _rules.find_pairs(s.slave, s.master, _rules.distances);
   if (_rules.filter)
     erase_neighbours(_candidates, s.master, *_rules.filter);
   ++_statistics.candidate_builds;
@@ -75,8 +74,9 @@ bool Pipeline::pair(ContactState& s)
 void Pipeline::make_points_below_tools(ContactState& s)
 {
   const Stopwatch watch(_statistics.seconds_segments);
-  have_rims(s.tools) and rims_are_near(s.slave, s.tools, _bare)
-      ? make_points_at_rims(s)
+  const ToolCutter* const cutter = cutter_of(s.tools);
+  cutter and cutter->is_near(s.slave, s.tools, _bare)
+      ? make_points_at_rims(s, *cutter)
       : make_whole_points(s);
   s.friction_bounds.clear(); // of rays that are gone
   _points_are_present = true;
@@ -96,10 +96,10 @@ void Pipeline::make_whole_points(ContactState& s)
 }
 
 /// They stay as long as no rims are above, and the same facets are below tools
-void Pipeline::make_points_at_rims(ContactState& s)
+void Pipeline::make_points_at_rims(ContactState& s, const ToolCutter& cutter)
 {
-  RimSegments made = segments_at_rims(s.slave, s.tools, _bare, _rules.subdivide,
-                                      s.multipliers.components > 0);
+  ToolSegments made = cutter.cut(s.slave, s.tools, _bare, _rules.subdivide,
+                                 s.multipliers.components > 0);
   const bool are_cut = std::find(made.above.begin(), made.above.end(),
                                  Above::rim) != made.above.end();
   const bool stay = not are_cut and made.above == _above;

@@ -5,7 +5,7 @@
 #include "raymortar/element/assembler.h"
 #include "raymortar/interface/kept_boxes.h"
 #include "raymortar/mortar/filtered.h"
-#include "raymortar/mortar/rim_segments.h"
+#include "raymortar/mortar/tool_cutter.h"
 
 namespace raymortar
 {
@@ -13,7 +13,7 @@ namespace raymortar
 struct PairingRules
 {
   FacetDistances distances;
-  Strategy strategy = Strategy::bvh;
+  FindPairs find_pairs = find_candidates;
   bool subdivide = false; ///< split quadratic facets before projection
   SegmentRules segment_rules;
   QuadratureRule facet_rule; ///< of whole facets
@@ -88,7 +88,7 @@ private:
   void make_points_anew(ContactState& s);
   void make_points_below_tools(ContactState& s);
   void make_whole_points(ContactState& s);
-  void make_points_at_rims(ContactState& s);
+  void make_points_at_rims(ContactState& s, const ToolCutter& cutter);
   void renew_rays(ContactState& s);
 
   PairingRules _rules;

@@ -1,12 +1,16 @@
 // Terms of contact: each adds to residual and tangent.
 #pragma once
 
-#include "raymortar/element/assembler.h"
+#include "raymortar/element/springs.h"
 #include "raymortar/interface/step_start.h"
 #include "raymortar/interface/unknowns.h"
+#include <optional>
 
 namespace raymortar
 {
+class CoverTerm;
+class DampingTerm;
+
 /// @brief Takes blocks of a residual.
 class VectorSink
 {
@@ -79,5 +83,63 @@ public:
 
   virtual Work residual(const ContactState& s, VectorSink& sink) const = 0;
   virtual Work tangent(const ContactState& s, MatrixSink& sink) const = 0;
+
+  /// @brief Called when points and rays are others.
+  virtual void set_up(ContactState&) {}
+
+  /// @brief Whether nothing that moves changes the pairs any more.
+  [[nodiscard]] virtual bool keeps_pairs() const { return false; }
+
+  /// @brief Called when the coefficient is another.
+  virtual void take_gamma(const ContactState&) {}
+
+  /// @brief Kernel of the law; null: the term has none.
+  [[nodiscard]] virtual const Assembler* assembler() const { return nullptr; }
+
+  /// @brief What smooths multipliers, to be told of moduli and nodes; null: the
+  /// term does not.
+  [[nodiscard]] virtual DampingTerm* damping() { return nullptr; }
+  [[nodiscard]] virtual CoverTerm* cover() { return nullptr; }
+
+  /// @brief How many sums the term has at each node of the multiplier.
+  [[nodiscard]] virtual std::size_t sums_per_node(const ContactState&) const
+  {
+    return 0;
+  }
+  /// @brief What facets give to these, (nodes, sums per node), to be added over
+  /// all zones and ranks that share a node; empty: nothing.
+  [[nodiscard]] virtual std::vector<double> own_sums(const ContactState&) const
+  {
+    return {};
+  }
+  /// @brief Put the sums of all zones and ranks into the state.
+  virtual void put_sums(std::span<const double>, ContactState&) const {}
+  /// @brief Called when the state has other sums.
+  virtual void take_sums(const ContactState&) {}
+
+  /// @brief What the friction springs carry on, see Zone; none: the springs of
+  /// points do.
+  [[nodiscard]] virtual std::optional<Springs>
+  accepted_springs(const ContactState&) const
+  {
+    return {};
+  }
+};
+
+/// @brief Makes the terms of an interface.
+class TermFactory
+{
+public:
+  virtual ~TermFactory() = default;
+
+  /// @brief Set what the terms ask of the state, once.
+  virtual void prepare(ContactState&) const {}
+
+  /// @brief Whether segments move with the bodies.
+  [[nodiscard]] virtual bool lets_segments_move() const { return true; }
+
+  /// @param[in] moves Whether tangents include the motion of segments
+  [[nodiscard]] virtual std::vector<std::unique_ptr<Term>>
+  make(const ContactState& s, bool moves) const = 0;
 };
 } // namespace raymortar

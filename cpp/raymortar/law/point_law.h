@@ -50,4 +50,8 @@ struct PointResponse : PointValue<D, M>
   Vec<M> C_g = Vec<M>::Zero();
   Mat<M, M> C_lam = Mat<M, M>::Zero();
 };
+
+/// @brief Whether a law with a multiplier has a condition at each point.
+template <class Law>
+inline constexpr bool holds_at_points = true;
 } // namespace raymortar

@@ -1,7 +1,7 @@
 #include "raymortar/mortar/penetrating_points.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/mortar/ray_caster.h"
-#include "raymortar/rigid/in_space.h"
+#include "raymortar/target/in_space.h"
 
 namespace raymortar
 {

@@ -3,7 +3,7 @@
 
 #include "raymortar/mortar/points.h"
 #include "raymortar/pairing/pair_filter.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 
 namespace raymortar
 {

@@ -1,6 +1,6 @@
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/geometry/dispatch.h"
-#include "raymortar/rigid/in_space.h"
+#include "raymortar/target/in_space.h"
 
 namespace raymortar
 {

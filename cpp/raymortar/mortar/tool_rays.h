@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/mortar/points.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 
 namespace raymortar
 {

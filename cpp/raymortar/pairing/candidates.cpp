@@ -1,12 +1,9 @@
 #include "raymortar/pairing/candidates.h"
-#include "raymortar/core/error.h"
 #include "raymortar/geometry/dispatch.h"
 #include "raymortar/geometry/frame.h"
 #include "raymortar/geometry/patch.h"
-#include "raymortar/pairing/advancing_front.h"
 #include "raymortar/pairing/cells.h"
 #include "raymortar/pairing/group_pairs.h"
-#include "raymortar/pairing/pang.h"
 #include <algorithm>
 
 namespace raymortar
@@ -150,30 +147,35 @@ template std::vector<Box<3>> facet_boxes<3>(const Surface&);
 namespace
 {
 template <int D>
-Candidates candidates_by(const Surface& slave, const Surface& master,
-                         const FacetDistances& distances, Strategy strategy)
+Candidates found_in_tree(const Surface& slave, const Surface& master,
+                         const FacetDistances& distances)
 {
   const auto slaves = ray_boxes<D>(slave, distances);
   const auto masters = facet_boxes<D>(master);
-  switch (strategy)
-  {
-  case Strategy::brute_force:
-    return by_brute_force<D>(slaves, masters);
-  case Strategy::bvh:
-    return by_tree<D>(slaves, masters);
-  case Strategy::advancing_front:
-    return advancing_front<D>(slave, slaves, masters);
-  case Strategy::pang:
-    return pang<D>(slave, master, slaves, masters).candidates;
-  }
-  throw Error("unknown strategy");
+  return by_tree<D>(slaves, masters);
+}
+
+template <int D>
+Candidates compared(const Surface& slave, const Surface& master,
+                    const FacetDistances& distances)
+{
+  const auto slaves = ray_boxes<D>(slave, distances);
+  const auto masters = facet_boxes<D>(master);
+  return by_brute_force<D>(slaves, masters);
 }
 } // namespace
 
 Candidates find_candidates(const Surface& slave, const Surface& master,
-                           const FacetDistances& distances, Strategy strategy)
+                           const FacetDistances& distances)
 {
-  return slave.gdim == 2 ? candidates_by<2>(slave, master, distances, strategy)
-                         : candidates_by<3>(slave, master, distances, strategy);
+  return slave.gdim == 2 ? found_in_tree<2>(slave, master, distances)
+                         : found_in_tree<3>(slave, master, distances);
+}
+
+Candidates compare_all_boxes(const Surface& slave, const Surface& master,
+                             const FacetDistances& distances)
+{
+  return slave.gdim == 2 ? compared<2>(slave, master, distances)
+                         : compared<3>(slave, master, distances);
 }
 } // namespace raymortar

@@ -7,14 +7,6 @@
 
 namespace raymortar
 {
-enum class Strategy
-{
-  brute_force,     ///< every pair of boxes is compared: the reference
-  bvh,             ///< tree over the master's boxes
-  advancing_front, ///< tree asked per patch of neighbours
-  pang             ///< walk on both surfaces, from facet to facet
-};
-
 /// @brief Master candidates of each slave facet, compressed by rows.
 struct Candidates
 {
@@ -38,9 +30,17 @@ template <int D>
 template <int D>
 [[nodiscard]] std::vector<Box<D>> facet_boxes(const Surface& surface);
 
-/// @brief Pairs whose boxes overlap. Same result from every strategy.
+/// @brief Finds the pairs whose boxes overlap. All ways give the same pairs.
+using FindPairs = Candidates (*)(const Surface& slave, const Surface& master,
+                                 const FacetDistances& distances);
+
+/// @brief By a tree of the master's boxes.
 [[nodiscard]] Candidates find_candidates(const Surface& slave,
                                          const Surface& master,
-                                         const FacetDistances& distances,
-                                         Strategy strategy);
+                                         const FacetDistances& distances);
+
+/// @brief Every pair of boxes is compared: the reference.
+[[nodiscard]] Candidates compare_all_boxes(const Surface& slave,
+                                           const Surface& master,
+                                           const FacetDistances& distances);
 } // namespace raymortar

@@ -172,4 +172,16 @@ Pose pose_of(const Vec<3>& centre, const Motion& motion)
       Rows(motion.data() + 6) * rotation_matrix(Part(motion.data() + 3));
   return {R, centre + Part(motion.data()) - R * centre};
 }
+
+Pose RigidBody::take_pose()
+{
+  seen = motion();
+  return pose_of(centre, seen);
+}
+
+std::vector<double> RigidBody::own_forces() const
+{
+  const Eigen::VectorXd along = forces().forces;
+  return {along.begin(), along.end()};
+}
 } // namespace raymortar

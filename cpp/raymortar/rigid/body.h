@@ -1,7 +1,7 @@
 // A rigid body: where it is, how it moves where it is free, the forces on it.
 #pragma once
 
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/target/moved_body.h"
 #include <Eigen/Core>
 #include <array>
 #include <optional>
@@ -42,7 +42,7 @@ struct SpinInertia
 /// exp(theta) Q P, with the free rotation Q of all accepted steps and the
 /// prescribed rotation P. In the coupled system a rotation is a length, theta
 /// times `lever`, and its equation is a force.
-struct RigidBody
+struct RigidBody final : MovedBody
 {
   using Matrix = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -62,10 +62,15 @@ struct RigidBody
   std::optional<SpinInertia> spin; ///< where all three rotations are free
   Motion seen{};                   ///< at the last pairing
 
-  [[nodiscard]] std::size_t size() const { return axis.size(); }
+  [[nodiscard]] std::size_t size() const override { return axis.size(); }
+  [[nodiscard]] std::span<double> unknowns() override { return values; }
+  [[nodiscard]] std::span<const double> unknowns() const override
+  {
+    return values;
+  }
 
   /// Lengths or radians of a unit of the coupled system's unknown
-  [[nodiscard]] double unit(std::size_t j) const
+  [[nodiscard]] double unit(std::size_t j) const override
   {
     return turns[j] ? 1.0 / lever : 1.0;
   }
@@ -83,11 +88,13 @@ struct RigidBody
   /// Free rotation exp(theta) Q
   [[nodiscard]] Matrix turn() const;
   [[nodiscard]] Motion motion() const;
+  [[nodiscard]] Pose take_pose() override;
   /// Prescribed position and forces: `moved`, `turned`, force, moment
-  [[nodiscard]] std::array<double, 12> loads() const;
+  [[nodiscard]] std::array<double, 12> loads() const override;
   /// Motion of its points by the unknowns of the coupled system
-  [[nodiscard]] Freedom freedom() const;
+  [[nodiscard]] Freedom freedom() const override;
   [[nodiscard]] BodyForces forces() const;
+  [[nodiscard]] std::vector<double> own_forces() const override;
   /// Take the present position as that of the accepted step
   void accept();
 };

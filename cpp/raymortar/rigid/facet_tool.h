@@ -3,7 +3,7 @@
 
 #include "raymortar/geometry/aabb_tree.h"
 #include "raymortar/geometry/reference.h"
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 
 namespace raymortar
 {
@@ -37,6 +37,9 @@ class FacetedTool : public Tool
 {
 public:
   [[nodiscard]] virtual const ToolFacets& facets() const = 0;
+
+  /// @brief See rim_segments.cpp.
+  [[nodiscard]] const ToolCutter* cutter() const override;
 
   /// @brief Whether it has edges across which what rays meet may jump: see
   /// rim_boxes.

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "raymortar/rigid/facet_tool.h"
-#include "raymortar/rigid/freedom.h"
+#include "raymortar/target/freedom.h"
 
 namespace raymortar
 {

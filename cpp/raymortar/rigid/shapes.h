@@ -1,7 +1,7 @@
 // Tools of closed form. In 2D their section with the plane z = 0 counts.
 #pragma once
 
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 
 namespace raymortar
 {

@@ -125,7 +125,7 @@ bool ContactSystem::loads_changed()
 {
   std::vector<double> loads;
   for (const SystemZone& zone : _zones)
-    for (const RigidBody* const body : zone.bodies)
+    for (const MovedBody* const body : zone.bodies)
     {
       const auto found = body->loads();
       loads.insert(loads.end(), found.begin(), found.end());
@@ -178,9 +178,12 @@ void ContactSystem::sum_nodes(std::size_t contact) const
     _exchanges[contact] = std::make_unique<NodeExchange>(
         _comm, one.rows, one.owned, one.components);
   _sums.resize(_values.multipliers().size());
-  NodeSums& sums = _sums[contact];
-  sums = NodeSums(one.rows.size(), static_cast<int>(dimension(_zones.front())));
-  const std::size_t width = sums.width();
+  std::vector<double>& sums = _sums[contact];
+  std::size_t width = 0;
+  for (const SystemZone& zone : _zones)
+    if (zone.contact == contact)
+      width = std::max(width, zone.zone->interface().sums_per_node());
+  sums.assign(one.rows.size() * width, 0.0);
   for (const SystemZone& zone : _zones)
   {
     if (zone.contact != contact)
@@ -188,38 +191,22 @@ void ContactSystem::sum_nodes(std::size_t contact) const
     together(_comm,
              [&]
              {
-               const NodeSums own = zone.zone->own_node_sums();
-               add_rows(own.values(), zone.nodes, width, sums.values());
+               const auto own = zone.zone->interface().own_node_sums();
+               add_rows(own, zone.nodes, width, sums);
              });
   }
-  _exchanges[contact]->sum(sums.values(), static_cast<int>(width));
+  _exchanges[contact]->sum(sums, static_cast<int>(width));
   for (const SystemZone& zone : _zones)
     if (zone.contact == contact)
-    {
-      NodeSums all(zone.nodes.size(), static_cast<int>(dimension(zone)));
-      std::ranges::copy(gathered(sums.values(), zone.nodes, width),
-                        all.values().begin());
-      zone.zone->set_node_sums(std::move(all));
-    }
+      zone.zone->set_node_sums(gathered(sums, zone.nodes, width));
 }
 
-NodeWeights ContactSystem::node_weights(std::size_t contact) const
+std::span<const double> ContactSystem::node_sums(std::size_t contact) const
 {
   refresh_nodes();
-  const std::size_t nodes = _values.multipliers()[contact].rows.size();
-  NodeWeights weights{std::vector<double>(nodes), std::vector<double>(nodes)};
-  if (contact >= _sums.size() or _sums[contact].empty())
-    return weights;
-  const NodeSums& sums = _sums[contact];
-  for (std::size_t k = 0; k < nodes; ++k)
-  {
-    const auto node = static_cast<Index>(k);
-    weights.area[k] = sums.at(node, NodeSum::area);
-    if (weights.area[k] > 0.0)
-      weights.gamma[k] =
-          sums.at(node, NodeSum::whole_gamma) / sums.at(node, NodeSum::whole);
-  }
-  return weights;
+  if (contact >= _sums.size())
+    return {};
+  return _sums[contact];
 }
 
 void ContactSystem::send(const SystemZone& zone) const
@@ -240,10 +227,9 @@ void ContactSystem::send_bodies(const SystemZone& zone) const
   std::vector<Pose> poses;
   std::vector<Freedom> freedoms;
   bool any_free = false;
-  for (RigidBody* const body : zone.bodies)
+  for (MovedBody* const body : zone.bodies)
   {
-    body->seen = body->motion();
-    poses.push_back(pose_of(body->centre, body->seen));
+    poses.push_back(body->take_pose());
     freedoms.push_back(body->size() ? body->freedom() : Freedom());
     any_free = any_free or body->size() > 0;
     for (const BodyValues& one : _values.bodies())
@@ -267,7 +253,9 @@ void ContactSystem::add_residual(PetscVector b) const
   {
     if (rank > 0)
       return;
-    const Eigen::VectorXd forces = -one.body->forces().forces;
+    std::vector<double> forces = one.body->own_forces();
+    for (double& force : forces)
+      force = -force;
     const std::vector<PetscInt> rows(one.rows.begin(), one.rows.end());
     check(VecSetValues(b, static_cast<PetscInt>(rows.size()), rows.data(),
                        forces.data(), ADD_VALUES),
@@ -349,7 +337,7 @@ Norms ContactSystem::norms(std::span<const double> b,
   MPI_Comm_rank(_comm, &rank);
   for (const BodyValues& one : _values.bodies())
     if (rank == 0)
-      for (const double force : one.body->forces().forces)
+      for (const double force : one.body->own_forces())
         add_force(force);
   std::vector<double> most;
   add_largest(lacking.increment, _groups.fields, most);

@@ -17,7 +17,7 @@ struct SystemZone
   std::size_t contact = 0;          ///< number of its contact
   std::vector<Index> slave, master; ///< dofs of the displacement, block-wise
   std::vector<Index> nodes;         ///< of its contact's multiplier
-  std::vector<RigidBody*> bodies;   ///< that it meets, in their order
+  std::vector<MovedBody*> bodies;   ///< that it meets, in their order
 };
 
 /// @brief Rows of the coupled system that are judged together.
@@ -50,14 +50,6 @@ struct Norms
   std::vector<double> forces;   ///< norm of the forces in balance, by group
   std::vector<double> lacking;  ///< largest prescribed increment, by field
   std::vector<double> sizes;    ///< largest value, by field
-};
-
-/// @brief What multiplier nodes of a contact weigh, (local nodes,): 0 where
-/// nothing is covered, or where the law holds at points.
-struct NodeWeights
-{
-  std::vector<double> area;  ///< A_j of (4.23)
-  std::vector<double> gamma; ///< gamma_j. Traction per length
 };
 
 /// @brief The contact of a problem as its solver's iterations see it.
@@ -116,8 +108,15 @@ public:
   /// @brief Add the tangent of contact. The caller assembles A.
   void add_tangent(PetscMatrix A) const;
 
-  /// @brief Those of the nodes of a contact, at the last `pair`.
-  [[nodiscard]] NodeWeights node_weights(std::size_t contact) const;
+  /// @brief What facets of all zones and ranks give to the multiplier's nodes
+  /// of a contact at the last `pair`, (local nodes, width); empty: nothing.
+  [[nodiscard]] std::span<const double> node_sums(std::size_t contact) const;
+
+  /// @brief Number of local nodes of a contact's multiplier.
+  [[nodiscard]] std::size_t nodes(std::size_t contact) const
+  {
+    return _values.multipliers()[contact].rows.size();
+  }
 
   void set_groups(RowGroups groups) { _groups = std::move(groups); }
 
@@ -145,6 +144,6 @@ private:
   RowGroups _groups;
   /// Exchanges of contacts whose law holds at nodes, made at the first use
   mutable std::vector<std::unique_ptr<NodeExchange>> _exchanges;
-  mutable std::vector<NodeSums> _sums; ///< of these contacts' local nodes
+  mutable std::vector<std::vector<double>> _sums; ///< of their local nodes
 };
 } // namespace raymortar

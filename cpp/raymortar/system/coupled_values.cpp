@@ -94,8 +94,8 @@ void CoupledValues::to_vector(PetscVector x,
   }
   if (is_first(_comm))
     for_each_body_row(_bodies,
-                      [&](const RigidBody& body, std::size_t j, std::size_t row)
-                      { array[row] = body.values[j] / body.unit(j); });
+                      [&](const MovedBody& body, std::size_t j, std::size_t row)
+                      { array[row] = body.unknowns()[j] / body.unit(j); });
   check(VecRestoreArray(x, &array), "VecRestoreArray");
 }
 
@@ -124,7 +124,7 @@ void CoupledValues::from_vector(PetscVector x, std::span<const double> scales)
   }
   for (const BodyValues& one : _bodies)
     for (std::size_t j = 0; j < one.rows.size(); ++j)
-      one.body->values[j] = *in++ * one.body->unit(j);
+      one.body->unknowns()[j] = *in++ * one.body->unit(j);
 }
 
 bool CoupledValues::match(std::span<const double> x) const
@@ -139,8 +139,8 @@ bool CoupledValues::match(std::span<const double> x) const
   bool same = true;
   if (is_first(_comm))
     for_each_body_row(
-        _bodies, [&](const RigidBody& body, std::size_t j, std::size_t row)
-        { same = same and body.values[j] == x[row] * body.unit(j); });
+        _bodies, [&](const MovedBody& body, std::size_t j, std::size_t row)
+        { same = same and body.unknowns()[j] == x[row] * body.unit(j); });
   return same;
 }
 } // namespace raymortar

@@ -1,8 +1,8 @@
-// Values of Functions, multipliers and rigid bodies among the coupled unknowns.
+// Values of Functions, multipliers and free bodies among the coupled unknowns.
 #pragma once
 
 #include "raymortar/fem/petsc.h"
-#include "raymortar/rigid/body.h"
+#include "raymortar/target/moved_body.h"
 #include <mpi.h>
 #include <petscvec.h>
 #include <span>
@@ -29,7 +29,7 @@ struct MultiplierValues
 /// @brief A free body and its rows, which the first rank owns.
 struct BodyValues
 {
-  RigidBody* body = nullptr;
+  MovedBody* body = nullptr;
   std::vector<GlobalIndex> rows;
 };
 

@@ -73,10 +73,11 @@ TYPED_TEST(Convected, VariationIsTheDerivative)
     return convected<F>(x, at, v).value;
   };
   const Frame<D> now = frame_at<F>(y, centre<F>());
-  const SideRows<F, D> rows = vary_convected<F, D>(
-      convected<F>(x, y, v), Mat<D, D>::Identity(), now,
-      dual_tangents<D>(now.t), F::Disp::gradients(centre<F>()));
-  expect_derivative(f, Vector::Zero(F::dofs * D), rows);
+  auto rows = no_rows<D, D>();
+  add_convected<D, D>(convected<F>(x, y, v), Mat<D, D>::Identity(), now.n,
+                      dual_tangents<D>(now.t), rows);
+  expect_derivative(f, Vector::Zero(F::dofs * D),
+                    by_dofs<F, D>(rows, centre<F>()));
 }
 
 TYPED_TEST(Convected, ChangesAlongTheMasterByItsDerivative)
@@ -99,7 +100,7 @@ TYPED_TEST(Convected, ChangesAlongTheMasterByItsDerivative)
   const Mat<D, D> carry = convection<D>(before, dual_tangents<D>(before.t),
                                         frame_at<F>(y, centre<F>()));
   expect_derivative(f, centre<F>(),
-                    convected_along_master<F>(convected<F>(x, y, v), carry,
+                    convected_along_master<D>(convected<F>(x, y, v), carry,
                                               bend(x), bend(y)));
 }
 

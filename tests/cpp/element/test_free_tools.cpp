@@ -1,6 +1,6 @@
 // Columns of a free tool's unknowns against differences of the residual.
-#include "raymortar/element/free_tools.h"
 #include "raymortar/element/assembler.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/mortar/tool_rays.h"
 #include "raymortar/mortar/whole_facets.h"
 #include "raymortar/rigid/facet_tool.h"
@@ -121,9 +121,8 @@ protected:
   [[nodiscard]] std::vector<double> residual() const
   {
     std::vector<double> all;
-    make_assembler(s)->residual(s,
-                                        [&](std::size_t, const double* b, int n)
-                                        { all.insert(all.end(), b, b + n); });
+    make_assembler(s)->residual(s, [&](std::size_t, const double* b, int n)
+                                { all.insert(all.end(), b, b + n); });
     return all;
   }
 

@@ -1,5 +1,4 @@
-#include "differences.h"
-#include "facet_types.h"
+#include "bent_facets.h"
 #include "raymortar/element/measure.h"
 
 using namespace raymortar;
@@ -88,10 +87,12 @@ TYPED_TEST(MeasureTest, VariationIsTheDerivativeOfTheLogarithm)
         const double area = Line<F>::area(measure, nodes, line.xi);
         return Vector(Vector::Constant(1, std::log(area)));
       };
-      expect_derivative(
-          log_area, Vector::Zero(2 * F::dofs),
-          area_variation<F>(measure,
-                            slave_geometry<F>(line.deformed, line.xi)));
+      const auto frame = frame_at<F>(line.deformed, line.xi);
+      auto rows = no_rows<1, 2>();
+      add_area<1, 2>(measure, frame, dual_tangents<2>(frame), Vec<1>(1.0),
+                     rows);
+      expect_derivative(log_area, Vector::Zero(2 * F::dofs),
+                        by_dofs<F, 1>(rows, line.xi));
     }
 }
 

@@ -45,8 +45,6 @@ Rates with_gradient(const FacingFacets<C>& facets, const Vector& xi, bool hit)
   constexpr int D = C::F::gdim;
   using Law = typename C::Law;
   using Gradient = TaylorGradient<D, Law>;
-  using F = TaylorFacet<D>;
-  constexpr int L = Gradient::L;
   const ContactState s = at_point(facets, xi, hit);
   AnyPoints<D, Law> points(s, {.old = is_frictional<Law>,
                                .target = true,
@@ -58,12 +56,11 @@ Rates with_gradient(const FacingFacets<C>& facets, const Vector& xi, bool hit)
   AnyIntegrand<D> out;
   if (hit)
   {
-    const HitPoint<F, L, Law> p(e, points.at);
-    Gradient::hit(e, points.at, p, {e, points.at, p}, points.shapes, out);
+    const HitPoint<D, Law> p(e, points.at);
+    Gradient::hit(e, points.at, p, {e, p}, points.shapes, out);
   }
   else
-    Gradient::miss(e, points.at, SlavePoint<F, L, Law>(e, points.at),
-                   points.shapes, out);
+    Gradient::miss(e, SlavePoint<D, Law>(e, points.at), points.shapes, out);
   const int size = points.shapes.size();
   Rates rates{Eigen::Map<const Vector>(out.f.data(), size),
               Matrix(size, xi.size())};

@@ -113,11 +113,12 @@ TYPED_TEST(TurnedTractions, VariationIsTheDerivative)
           y + Eigen::Map<const typename F::NodeMatrix>(u.data());
       return turn<F>(x, at, v, centre<F>(), i % 2 == 0).value();
     };
-    const auto p = slave_geometry<F>(y, centre<F>());
-    expect_derivative(
-        f, Vector::Zero(F::dofs * D),
-        vary_turned<F, D>(turn<F>(x, y, v, centre<F>(), i % 2 == 0),
-                          Mat<D, D>::Identity(), p));
+    const auto now = frame_at<F>(y, centre<F>());
+    auto rows = no_rows<D, D>();
+    add_turned<D, D>(turn<F>(x, y, v, centre<F>(), i % 2 == 0),
+                     Mat<D, D>::Identity(), now, dual_tangents<D>(now), rows);
+    expect_derivative(f, Vector::Zero(F::dofs * D),
+                      by_dofs<F, D>(rows, centre<F>()));
   }
 }
 
@@ -128,10 +129,12 @@ TYPED_TEST(TurnedTractions, NoTractionHasNoVariation)
   const auto x = bent_facet<F>(random), y = bent_facet<F>(random);
   const auto c = turn<F>(x, y, Vec<F::gdim>::Zero());
   EXPECT_TRUE(c.value().isZero(0.0));
-  const auto p = slave_geometry<F>(y, centre<F>());
   constexpr int D = F::gdim;
-  const SideRows<F, D> rows = vary_turned<F, D>(c, Mat<D, D>::Identity(), p);
-  EXPECT_TRUE(rows.isZero(0.0));
+  const auto now = frame_at<F>(y, centre<F>());
+  auto rows = no_rows<D, D>();
+  add_turned<D, D>(c, Mat<D, D>::Identity(), now, dual_tangents<D>(now), rows);
+  for (const Mat<D, D>& by : rows)
+    EXPECT_TRUE(by.isZero(0.0));
 }
 
 TYPED_TEST(TurnedTractions, ChangesAlongTheFacetByItsDerivative)
@@ -157,7 +160,7 @@ TYPED_TEST(TurnedTractions, ChangesAlongTheFacetByItsDerivative)
       return BentFrame<D>{frame, curvature_at<F>(nodes, centre<F>(), frame)};
     };
     expect_derivative(f, centre<F>(),
-                      turned_with_facet<D, F::affine>(
+                      turned_with_facet<D>(
                           turn<F>(x, y, v, centre<F>(), i % 2 == 0), bent(x),
                           dual_tangents<D>(frame_at<F>(x, centre<F>())),
                           bent(y), v, nodal * F::Disp::gradients(centre<F>())));

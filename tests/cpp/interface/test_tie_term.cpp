@@ -1,6 +1,7 @@
 // Ties: tangents against differences, invariance, balances, what stays.
 #include "differences.h"
 #include "interfaces.h"
+#include "raymortar/ties/tie_term.h"
 
 using namespace raymortar;
 using namespace raymortar::test;
@@ -35,7 +36,7 @@ Interface tied(const Options& options)
       {F::shape, F::degree, F::node_degree, 2, false},
       graph(options.width, [&](double x, double y)
             { return wave(x, y) + options.distance * (1.0 + 0.2 * x); }));
-  in.tie = options.gap;
+  in.terms = std::make_shared<TieTerms>(options.gap);
   if (options.penalty)
   {
     in.method = Method::penalty;
@@ -221,7 +222,7 @@ TYPED_TEST(TieTermTest, BlocksAreWhereItNeedsRoom)
 TYPED_TEST(TieTermTest, WithoutGapsTheTangentIsConstant)
 {
   InterfaceInput in = plates_input<TypeParam>({.gap = 0.0});
-  in.tie = TieGap::keep;
+  in.terms = std::make_shared<TieTerms>(TieGap::keep);
   Interface interface(in);
   interface.set_master(master_plate<TypeParam>({}));
   interface.pair();
@@ -240,7 +241,7 @@ TYPED_TEST(TieTermTest, WithoutGapsTheTangentIsConstant)
 TYPED_TEST(TieTermTest, ClosingPullsByTheGap)
 {
   InterfaceInput in = plates_input<TypeParam>({.gap = 0.25});
-  in.tie = TieGap::close;
+  in.terms = std::make_shared<TieTerms>(TieGap::close);
   in.multipliers = {};
   in.method = Method::penalty;
   Interface interface(in);

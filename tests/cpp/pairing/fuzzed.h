@@ -128,7 +128,7 @@ protected:
 
   /// Compare a strategy with brute force on random surfaces
   /// @return candidates of all trials
-  static std::size_t compare(Strategy strategy, unsigned seed, int trials)
+  static std::size_t compare(FindPairs find, unsigned seed, int trials)
   {
     std::mt19937 random(seed);
     std::size_t found = 0;
@@ -136,9 +136,8 @@ protected:
     {
       const auto [slave, master] = scene(random);
       const SearchDistances range = distances(random);
-      const auto all =
-          find_candidates(slave, master, range, Strategy::brute_force);
-      const auto pairs = find_candidates(slave, master, range, strategy);
+      const auto all = compare_all_boxes(slave, master, range);
+      const auto pairs = find(slave, master, range);
       EXPECT_EQ(pairs.offsets, all.offsets) << "trial " << trial;
       EXPECT_EQ(pairs.masters, all.masters) << "trial " << trial;
       found += all.masters.size();

@@ -1,6 +1,6 @@
 #include "facet_types.h"
 #include "raymortar/geometry/frame.h"
-#include "raymortar/pairing/candidates.h"
+#include "raymortar/search/pang.h"
 #include "surfaces.h"
 #include <algorithm>
 
@@ -39,9 +39,8 @@ TYPED_TEST(CandidatesTest, TreeFindsWhatBruteForceFinds)
     Surface master = this->wavy(random, 1 + trial % 5, false, 0.02);
     turn_and_shift(master, 0.1 * trial, 0.02 * trial);
     const SearchDistances distances{0.01 * trial, 0.1, 0.01 * (trial % 3)};
-    const auto reference =
-        find_candidates(slave, master, distances, Strategy::brute_force);
-    const auto tree = find_candidates(slave, master, distances, Strategy::bvh);
+    const auto reference = compare_all_boxes(slave, master, distances);
+    const auto tree = find_candidates(slave, master, distances);
     EXPECT_EQ(tree.offsets, reference.offsets);
     EXPECT_EQ(tree.masters, reference.masters);
   }
@@ -61,19 +60,17 @@ TYPED_TEST(CandidatesTest, EveryFacetLooksAsFarAsItsOwnDistances)
     for (SearchDistances& one : each)
       one = {length(random), length(random), length(random)};
     const FacetDistances local(each, true);
-    const auto reference =
-        find_candidates(slave, master, local, Strategy::brute_force);
-    for (const Strategy strategy : {Strategy::bvh, Strategy::advancing_front})
+    const auto reference = compare_all_boxes(slave, master, local);
+    for (const FindPairs find : {find_candidates, walk_to_candidates})
     {
-      const auto found = find_candidates(slave, master, local, strategy);
+      const auto found = find(slave, master, local);
       EXPECT_EQ(found.offsets, reference.offsets);
       EXPECT_EQ(found.masters, reference.masters);
     }
     for (Index f = 0; f < slave.num_facets(); ++f)
     {
       const auto alone =
-          find_candidates(slave, master, each[static_cast<std::size_t>(f)],
-                          Strategy::brute_force);
+          compare_all_boxes(slave, master, each[static_cast<std::size_t>(f)]);
       EXPECT_TRUE(
           std::ranges::equal(alone.masters_of(f), reference.masters_of(f)));
     }
@@ -129,16 +126,14 @@ TYPED_TEST(CandidatesTest, SkinKeepsCandidatesWhileSidesMoveByHalfOfIt)
   const double skin = 0.1, half = 0.5 * skin;
   const Surface slave = this->wavy(random, 4, true, 0.0);
   const Surface master = this->wavy(random, 5, false, 0.0);
-  const auto kept =
-      find_candidates(slave, master, {0.2, 0.1, skin}, Strategy::bvh);
+  const auto kept = find_candidates(slave, master, {0.2, 0.1, skin});
   Surface moved_slave = slave, moved_master = master;
   const Vec<D> shift = Vec<D>::Constant(half / std::sqrt(D));
   transform<D>(moved_slave,
                [&](const Vec<D>& x) -> Vec<D> { return x + shift; });
   transform<D>(moved_master,
                [&](const Vec<D>& x) -> Vec<D> { return x - shift; });
-  const auto fresh =
-      find_candidates(moved_slave, moved_master, {0.2, 0.1, 0}, Strategy::bvh);
+  const auto fresh = find_candidates(moved_slave, moved_master, {0.2, 0.1, 0});
   for (Index f = 0; f < slave.num_facets(); ++f)
   {
     const auto old = kept.masters_of(f);
@@ -153,13 +148,11 @@ TYPED_TEST(CandidatesTest, EmptySidesHaveNoCandidates)
   const Surface full = this->wavy(random, 3, true, 0);
   Surface none = full;
   none.facet_id.clear();
-  for (const Strategy strategy : {Strategy::brute_force, Strategy::bvh})
+  for (const FindPairs find : {compare_all_boxes, find_candidates})
   {
-    const auto without_master =
-        find_candidates(full, none, {1, 1, 0}, strategy);
+    const auto without_master = find(full, none, {1, 1, 0});
     EXPECT_TRUE(without_master.masters.empty());
     EXPECT_EQ(without_master.offsets.size(), full.facet_id.size() + 1);
-    EXPECT_EQ(find_candidates(none, full, {1, 1, 0}, strategy).offsets.size(),
-              1u);
+    EXPECT_EQ(find(none, full, {1, 1, 0}).offsets.size(), 1u);
   }
 }

@@ -33,8 +33,7 @@ struct Wall
     const std::vector<SearchDistances> each(
         static_cast<std::size_t>(slave.num_facets()), {1.0, 1.0, 0.0});
     const FacetDistances range(each, true);
-    Candidates all =
-        find_candidates(slave, master, range, Strategy::brute_force);
+    Candidates all = compare_all_boxes(slave, master, range);
     if (used)
       erase_neighbours(all, master, *used);
     const Segmentation s =

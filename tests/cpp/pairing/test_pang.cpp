@@ -1,5 +1,5 @@
 #include "fuzzed.h"
-#include "raymortar/pairing/pang.h"
+#include "raymortar/search/pang.h"
 #include <numeric>
 
 using namespace raymortar;
@@ -56,7 +56,7 @@ TYPED_TEST_SUITE(PangTest, AllFacets, );
 
 TYPED_TEST(PangTest, FindsWhatBruteForceFinds)
 {
-  EXPECT_GT(this->compare(Strategy::pang, 21, 1000), 100000u);
+  EXPECT_GT(this->compare(walk_to_candidates, 21, 1000), 100000u);
 }
 
 TYPED_TEST(PangTest, WalksToNearlyAllPairs)
@@ -106,8 +106,7 @@ TYPED_TEST(PangTest, FindsSheetsThatLeaveTheReachAndReturn)
   const Surface master = this->grid(40, true, graph(1, wave));
   const SearchDistances distances{0.1, 0.1, 0};
   const WalkedPairs pairs = this->walk(slave, master, distances);
-  const auto all =
-      find_candidates(slave, master, distances, Strategy::brute_force);
+  const auto all = compare_all_boxes(slave, master, distances);
   EXPECT_EQ(pairs.candidates.offsets, all.offsets);
   EXPECT_EQ(pairs.candidates.masters, all.masters);
   EXPECT_EQ(pairs.seeds, 2); // crests at x = +-0.45
@@ -120,13 +119,13 @@ TYPED_TEST(PangTest, GivesTheVeryPointsOfTheTree)
   {
     const auto [slave, master] = this->scene(random);
     const SegmentationOptions options{0.4, 0.4, false};
-    const auto by = [&, &slave = slave, &master = master](Strategy strategy)
+    const auto by = [&, &slave = slave, &master = master](FindPairs find)
     {
-      return make_segments(
-          slave, master,
-          find_candidates(slave, master, {0.4, 0.4, 0.05}, strategy), options);
+      return make_segments(slave, master, find(slave, master, {0.4, 0.4, 0.05}),
+                           options);
     };
-    const Segmentation walked = by(Strategy::pang), tree = by(Strategy::bvh);
+    const Segmentation walked = by(walk_to_candidates),
+                       tree = by(find_candidates);
     EXPECT_EQ(walked.vertices, tree.vertices);
     EXPECT_EQ(walked.covered, tree.covered);
   }

@@ -1,7 +1,7 @@
 // One ray on a tool.
 #pragma once
 
-#include "raymortar/rigid/tool.h"
+#include "raymortar/target/tool.h"
 
 namespace raymortar
 {

@@ -1,5 +1,6 @@
 #include "../fem/zones.h"
 #include "facet_types.h"
+#include "raymortar/rigid/body.h"
 #include "raymortar/system/contact_system.h"
 #include <gtest/gtest.h>
 #include <numeric>

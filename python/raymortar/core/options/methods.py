@@ -23,7 +23,7 @@ from ..errors import (
 )
 from .friction import LAWS, Law
 
-STRATEGIES = ("bvh", "advancing-front", "pang", "brute-force")
+STRATEGIES = ("bvh", "pang", "brute-force")
 FRAMES = ("automatic", "slave", "master")
 MEASURES = ("reference", "current")
 TANGENTS = ("fixed", "full")
@@ -163,9 +163,8 @@ class Search(Options):
     Attributes
     ----------
     strategy
-        ``"bvh"``, a tree of boxes; ``"advancing-front"``, the tree for patches of
-        neighbours; ``"pang"``, from neighbour to neighbour on both surfaces; or
-        ``"brute-force"``, every pair of facets. All find the same pairs.
+        ``"bvh"``, a tree of boxes; ``"pang"``, from neighbour to neighbour on both
+        surfaces; or ``"brute-force"``, every pair of facets. All find the same pairs.
     reach
         Largest gap that is still seen. None: twice the facet's size.
     depth

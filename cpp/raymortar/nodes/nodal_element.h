@@ -1,0 +1,252 @@
+// Elements whose law holds at nodes: what their points give to the nodes'
+// means, and how these vary.
+#pragma once
+
+#include "raymortar/element/any_element.h"
+#include "raymortar/nodes/nodal.h"
+#include "raymortar/nodes/node_conditions.h"
+#include "raymortar/nodes/node_functions.h"
+#include "raymortar/nodes/node_tests.h"
+
+namespace raymortar
+{
+/// @brief The row of a node at a point, per unit of area: what is tested with
+/// the node's function, and gap and slip  [theory (4.26), (4.41)].
+template <int D, int M>
+struct RowAtPoint
+{
+  static constexpr int T = D - 1;
+  double test, gap_test; ///< functions of the node, and of gap and slip
+  Vec<M> value = Vec<M>::Zero();
+  /// Derivative along the facet, for fixed normal, gap, slip and fields
+  Mat<M, T> along = Mat<M, T>::Zero();
+  /// For fixed area, per reference coordinates: the covered share changes
+  Vec<M> by_share = Vec<M>::Zero();
+};
+
+/// @brief Gap and slip that a row is multiplied with.
+template <int D, class Condition>
+[[nodiscard]] auto times_gap(const Condition& c, const Vec<1 + D>& gap)
+{
+  return (gap[0] * c.by_g + c.by_w * gap.template tail<D>()).eval();
+}
+
+/// @brief The conditions at the nodes of one slave facet after the other, and
+/// their test functions at a point.
+template <int D, class Law>
+class FacetConditions
+{
+public:
+  static constexpr int T = D - 1;
+  static constexpr int M = Law::template multiplier_size<D>;
+  using Condition = NodeCondition<D, M>;
+  using Gap = Vec<1 + D>; ///< and slip
+
+  /// @brief Evaluate the law at all nodes.
+  /// @param[in] functions That test gaps and slips; null: those of the nodes
+  FacetConditions(const ContactState& s, const NodeFunctions* functions)
+      : _state(s), _all(node_conditions<D, typename Law::AtNodes>(s)),
+        _functions(functions)
+  {
+  }
+
+  void take(Index facet, int nodes)
+  {
+    _count = nodes;
+    const std::size_t first =
+        static_cast<std::size_t>(facet) * static_cast<std::size_t>(nodes);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(nodes); ++k)
+      _here[k] =
+          &_all[static_cast<std::size_t>(_state.multipliers.facet[first + k])];
+    _own = nullptr;
+    if (_functions and not _functions->gap_tests.empty())
+      take_own(_functions->gap_tests[static_cast<std::size_t>(facet)]);
+  }
+
+  void place(const PointShapes<D>& at)
+  {
+    set_node_tests<T>(at.multiplier, _count, _tests);
+    _gap_tests = _tests;
+    if (_own)
+      place_own();
+  }
+
+  [[nodiscard]] int size() const { return _count; }
+  [[nodiscard]] const Condition& at(int k) const
+  {
+    return *_here[static_cast<std::size_t>(k)];
+  }
+
+  /// @brief Status of the node whose test function is largest at the point; of
+  /// several that are alike but for rounding the last in the order of statuses.
+  [[nodiscard]] ContactStatus nearest_status() const
+  {
+    constexpr double alike = 1.0 - 1e-9;
+    const auto test = [this](int k)
+    { return _tests[static_cast<std::size_t>(k)][0]; };
+    double largest = 0.0;
+    for (int k = 0; k < _count; ++k)
+      largest = std::max(largest, test(k));
+    ContactStatus found = ContactStatus::none;
+    for (int k = 0; k < _count; ++k)
+      if (test(k) >= alike * largest)
+        found = std::max(found, at(k).status);
+    return found;
+  }
+
+  /// @brief The row of a node at the point.
+  template <class Data, class Hit>
+  [[nodiscard]] RowAtPoint<D, M> row(const Data& e, const Hit& p, int k) const
+  {
+    const Condition& c = at(k);
+    const auto& N = _tests[static_cast<std::size_t>(k)];
+    const auto& phi = _gap_tests[static_cast<std::size_t>(k)];
+    Vec<M> of_node = c.by_area + c.by_gamma * p.gamma + c.by_n * p.normal;
+    Vec<M> of_gap = p.gap * c.by_g;
+    if constexpr (is_frictional<Law>)
+    {
+      of_gap += c.by_w * p.old.w;
+      if (e.history.has_coefficient)
+        of_node += e.history.coefficient[0] * c.by_coefficient;
+    }
+    RowAtPoint<D, M> row{N[0], phi[0]};
+    if (_own)
+    {
+      const auto i = static_cast<Eigen::Index>(k);
+      of_node += times_gap<D>(c, _own->gaps.col(i));
+      of_gap -= times_gap<D>(c, _projected[0]);
+      row.by_share = times_gap<D>(c, _own->spread.col(i));
+      row.value = -_own->slack * row.by_share;
+      row.by_share *= _own->by_share;
+      for (int j = 0; j < T; ++j)
+        set_column(row.along, j,
+                   Vec<M>(-phi[0] *
+                          times_gap<D>(
+                              c, _projected[static_cast<std::size_t>(1 + j)])));
+    }
+    row.value += N[0] * of_node + phi[0] * of_gap;
+    for (int j = 0; j < T; ++j)
+    {
+      const auto along = static_cast<std::size_t>(1 + j);
+      set_column(row.along, j,
+                 Vec<M>(column(row.along, j) + N[along] * of_node +
+                        phi[along] * of_gap));
+    }
+    return row;
+  }
+
+private:
+  void take_own(const GapTests& facet)
+  {
+    if (facet.gaps.size() > 0)
+      _own = &facet;
+  }
+
+  void place_own()
+  {
+    for (Gap& gap : _projected)
+      gap.setZero();
+    for (int k = 0; k < _count; ++k)
+    {
+      const auto& B = _tests[static_cast<std::size_t>(k)];
+      auto& phi = _gap_tests[static_cast<std::size_t>(k)];
+      phi.fill(0.0);
+      for (std::size_t p = 0; p <= T; ++p)
+      {
+        for (int b = 0; b < _count; ++b)
+          phi[p] +=
+              _own->from_nodal(b, k) * _tests[static_cast<std::size_t>(b)][p];
+        _projected[p] += B[p] * _own->gaps.col(k);
+      }
+    }
+  }
+
+  const ContactState& _state;
+  std::vector<Condition> _all;
+  const NodeFunctions* _functions;
+  const GapTests* _own = nullptr; ///< of the facet; null: those of the nodes
+  std::array<const Condition*, 9> _here{};
+  ShapeRows<T> _tests, _gap_tests;
+  std::array<Gap, D> _projected; ///< at the point, and along the facet
+  int _count = 0;
+};
+
+/// @brief Derivatives of a node's row by what a point gives, times the
+/// functions that these are tested with.
+template <int D, class Law>
+class PointSlopes
+{
+public:
+  static constexpr int M = Law::template multiplier_size<D>;
+
+  PointSlopes(const NodeCondition<D, M>& c, const RowAtPoint<D, M>& row)
+      : _by_n(row.test * c.by_n), _by_w(row.gap_test * c.by_w),
+        _by_g(row.gap_test * c.by_g),
+        _by_coefficient(row.test * c.by_coefficient)
+  {
+  }
+
+  [[nodiscard]] auto slopes() const
+  {
+    if constexpr (is_frictional<Law>)
+      return LawSlopes<M, D, M, true>{_by_n, _by_g,           _none,   _by_w,
+                                      _none, _by_coefficient, _no_rate};
+    else
+      return LawSlopes<M, D, M, false>{_by_n, _by_g, _none};
+  }
+
+private:
+  Mat<M, D> _by_n, _by_w;
+  Vec<M> _by_g, _by_coefficient;
+  Mat<M, M> _none = Mat<M, M>::Zero();
+  Vec<M> _no_rate = Vec<M>::Zero();
+};
+
+/// @brief Blocks of an element whose law holds at nodes.
+template <int D, class Law>
+class NodalElement : public AnyElement<D, Law>
+{
+public:
+  using Base = AnyElement<D, Law>;
+  using Base::M;
+  using Shapes = typename Base::Shapes;
+  using Data = typename Base::Data;
+  using Hit = typename Base::template Hit<true>;
+  using HitTangent = typename Base::HitTangent;
+  using Columns = typename Base::Columns;
+
+  /// @brief Add how what a point gives to its nodes varies.
+  void add_node_tangents(const Data& e, const Hit& p, const HitTangent& by,
+                         const Shapes& at, const FacetConditions<D, Law>& nodes)
+  {
+    const Columns columns(p, by, at.has_target());
+    const TargetPart part = Base::target_part(p);
+    for (int k = 0; k < nodes.size(); ++k)
+    {
+      const auto row = nodes.row(e, p, k);
+      const PointSlopes<D, Law> by_point(nodes.at(k), row);
+      auto varied = chain<M>(by_point.slopes(), p, by, columns);
+      Base::template add_area<M>(e, p, by.dual, row.value, varied);
+      UnknownRows<M, D> rows;
+      expand<M, D>(at, varied, part, rows);
+      add_rows(p.weight * at.scale, k, rows, at);
+    }
+  }
+
+private:
+  void add_rows(double w, int node, const UnknownRows<M, D>& rows,
+                const Shapes& at)
+  {
+    const int n = at.size();
+    double* out = this->A.data() + (at.side() + node * M) * n;
+    for (const auto& row : rows)
+    {
+      for (int k = 0; k < at.side(); ++k)
+        out[k] += w * row[static_cast<std::size_t>(k)];
+      for (int k = at.alone(); k < n; ++k)
+        out[k] += w * row[static_cast<std::size_t>(k)];
+      out += n;
+    }
+  }
+};
+} // namespace raymortar
