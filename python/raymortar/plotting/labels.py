@@ -15,6 +15,8 @@ from ..interface.pairs import Pair
 ABSCISSAS = ("x", "y", "arc", "angle")
 # Quantities with a unit: lengths, stresses, the field that colours bodies
 QUANTITIES = ("length", "stress", "field")
+# What is shown of slave surfaces
+SHOWN = ("pressure", "status")
 Units = tuple[str, str] | Mapping[str, tuple[str, float]]
 
 
@@ -27,9 +29,14 @@ class AxisOptions:
     units: Any = None
     axes: str = "xy"
     zoom: bool = False
+    quantity: str = "pressure"
 
     def __post_init__(self) -> None:
         x, centre = self.x, self.centre
+        if self.quantity not in SHOWN:
+            raise ContactError(
+                f"quantity must be one of {SHOWN}, not {self.quantity!r}"
+            )
         if x is not None and x not in ABSCISSAS:
             raise ContactError(f"x must be one of {ABSCISSAS} or None, not {x!r}")
         if centre is not None and x != "angle":
