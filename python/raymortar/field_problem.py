@@ -42,7 +42,7 @@ OPTIONS = {
     "snes_divergence_tolerance": 1e300,
     **direct(),
 }
-# What helps, by the reason why a solve has ended
+# Remedies by the reason why a solve has ended
 _REMEDIES = {
     "MAX_IT": "a start nearer to the answer, a larger snes_max_it, or "
     'petsc_options={"snes_linesearch_type": "bt"}',

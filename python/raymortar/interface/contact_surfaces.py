@@ -268,7 +268,7 @@ def _require_leader(
             if group.slave == ALL and len(groups) > 1:
                 raise ContactError(
                     "pairs has slave 'all' beside others, whose facets it has too, and a "
-                    "multiplier is of one slave: give each a Contact of its own, "
+                    "multiplier is of one slave: give each its own Contact, "
                     "NonlinearProblem(F, [one, other])"
                 )
             continue

@@ -1,4 +1,4 @@
-"""What of polygons is in a box."""
+"""Polygons cut by a box."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def nearest(triangles: Array, shape: tuple[int, int]) -> tuple[Pixels, Array, Ar
         at = y * columns + x
         own = np.einsum("ni,ni->n", share, triangles[of, :, 2])
         near = np.flatnonzero((share >= 0.0).all(axis=1) & (own > depth[at]))
-        # Of the samples of a pixel the nearest, which comes last, stays
+        # The nearest sample of a pixel comes last, and stays
         near = near[np.argsort(own[near], kind="stable")]
         last = len(near) - 1 - np.unique(at[near][::-1], return_index=True)[1]
         near = near[last]

@@ -15,7 +15,7 @@ from ..interface.pairs import Pair
 ABSCISSAS = ("x", "y", "arc", "angle")
 # Quantities with a unit: lengths, stresses, the field that colours bodies
 QUANTITIES = ("length", "stress", "field")
-# What is shown of slave surfaces
+# Quantities shown on slave surfaces
 SHOWN = ("pressure", "status")
 Units = tuple[str, str] | Mapping[str, tuple[str, float]]
 
@@ -40,7 +40,7 @@ class AxisOptions:
         if x is not None and x not in ABSCISSAS:
             raise ContactError(f"x must be one of {ABSCISSAS} or None, not {x!r}")
         if centre is not None and x != "angle":
-            raise ContactError('centre is that of angles: give x="angle" too')
+            raise ContactError('centre belongs to angles: give x="angle" too')
         if centre is not None:
             if np.shape(centre) != (2,) or not np.isfinite(centre).all():
                 raise ContactError(f"centre must be (x, y), not {centre!r}")
