@@ -274,9 +274,9 @@ def _require_leader(
             continue
         if group.slave == ALL:
             raise ContactError(
-                "pairs has 'all', where each facet is slave and master: take "
-                "method=Penalty(), as a multiplier needs one side that leads. ('all', "
-                "tool) alone has one, the tool"
+                "pairs has 'all', where each facet is slave and master, and a multiplier "
+                "needs one side that leads: take method=Penalty(), or ('all', tool) alone, "
+                "where the tool leads"
             )
         several = "use each tag number on one mesh only, or, if one surface is meant, "
         raise ContactError(
