@@ -16,7 +16,7 @@ from dolfinx import fem
 from programs import ROOT, blocks_of
 
 from raymortar import ContactWarning
-from raymortar.compat.generation import HAS_UFL_ELEMENTS
+from raymortar.core.compat.generation import HAS_UFL_ELEMENTS
 
 START = (
     blocks_of("docs/recipes.md", "python")[0]

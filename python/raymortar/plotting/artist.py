@@ -9,7 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import proj3d
 
-from ..compat import Array
+from ..core.compat import Array
 from .hidden import edges_seen, fans, nearest
 from .views import direction
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
 
 Box = tuple[Array, Array]
 

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..interface.point_results import CLOSED, Status, along_normal, pressures
+from ..core.compat import Array
+from ..core.interface.point_results import CLOSED, Status, along_normal, pressures
 from .labels import AxisOptions
 from .tools import COLOUR
 from .views import direction

@@ -11,9 +11,9 @@ import numpy as np
 from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
-from .. import compat
-from ..compat import Array, Indices
-from ..discretization.facets import (
+from ..core import compat
+from ..core.compat import Array, Indices
+from ..core.discretization.facets import (
     FACET_SHAPE,
     cell_facet_nodes,
     facets_of_mesh,

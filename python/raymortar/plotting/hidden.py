@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from ..compat import Array
+from ..core.compat import Array
 
 Pixels = npt.NDArray[np.int64]
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..compat import Array
-from ..interface.point_results import CLOSED
+from ..core.compat import Array
+from ..core.interface.point_results import CLOSED
 from .drawing import PRESSURE_MAP, STATUSES, draw_field, say_no_contact
 from .gathering import joined
 from .hidden import fans, nearest

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
 
-from .. import compat
-from ..discretization.joined import parts_of
-from ..errors import (
+from ..core import compat
+from ..core.discretization.joined import parts_of
+from ..core.errors import (
     ContactError,
     as_path,
     described,
@@ -26,7 +26,7 @@ from .labels import AxisOptions, Units, pair_label
 from .tools import COLOUR
 
 if TYPE_CHECKING:
-    from ..contact import Contact
+    from ..core.contact import Contact
 
 BACKENDS = ("matplotlib", "pyvista")
 

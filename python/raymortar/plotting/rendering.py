@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
 from .drawing import PRESSURE_MAP, STRESS_MAP, pieces_of
 from .gathering import joined
 from .tools import COLOUR

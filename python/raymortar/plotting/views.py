@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
 from ..rigid.turning import directions_across
 
 # Directions that are off an axis by less than this have its name
