@@ -219,7 +219,7 @@ class FieldProblem:
         A = self.create_matrix()
         snes.setJacobian(lambda _, x, J, P: self.J(x, P), A)
 
-    # PETSc puts errors of its own in place of ours: these end the solve, by a residual
+    # PETSc puts its errors in place of ours: these end the solve, by a residual
     # that is no number, and are raised after it
 
     def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
