@@ -19,7 +19,7 @@ from dolfinx import fem
 import raymortar
 from meshes.scenes import two_cylinders
 from raymortar import io, tools
-from raymortar.plotting.frames import gather
+from raymortar.plotting.gathering import gather
 
 # Lengths in mm, stresses in MPa, forces in N per mm of length
 RADIUS, E, NU, FRICTION, WIDTH = 8.0, 200.0, 0.3, 0.2, 0.68

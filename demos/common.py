@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from dolfinx import fem
 
-from raymortar.plotting.frames import gather
+from raymortar.plotting.gathering import gather
 
 __all__ = [
     "Report",

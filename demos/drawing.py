@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from raymortar.plotting.drawing import LOOK, PRESSURE_MAP, draw_field, draw_surface
-from raymortar.plotting.frames import gather_boundary, gather_cells
+import numpy as np
+
+import raymortar
+from raymortar.plotting.drawing import LOOK, PRESSURE_MAP, draw_field
+from raymortar.plotting.gathering import gather, gather_boundary, gather_cells
 
 __all__ = [
     "COMPUTED",
@@ -12,8 +15,8 @@ __all__ = [
     "animate",
     "beside",
     "field_and_curve",
+    "field_and_tractions",
     "draw_field",
-    "draw_surface",
     "gather_boundary",
     "gather_cells",
     "gather_states",
@@ -21,7 +24,6 @@ __all__ = [
     "pyplot",
     "side_by_side",
     "states_and_curve",
-    "space_and_curve",
 ]
 
 # Red for computed, dark for closed forms
@@ -52,21 +54,38 @@ def pyplot():
     return plt
 
 
-def space_and_curve(path, bodies, label, curve):
-    """Picture of bodies in space on the left and of a curve on the right.
-
-    `bodies` and `curve` draw on the axes they are given; the former returns the
-    colours, which `label` names.
-    """
-    plt = pyplot()
-    fig = plt.figure(figsize=(11, 4.5))
-    colours = bodies(fig.add_axes((-0.07, -0.18, 0.66, 1.38), projection="3d"))
-    bar = fig.add_axes((0.55, 0.22, 0.012, 0.56))
-    fig.colorbar(colours, cax=bar, label=label)
-    curve(fig.add_axes((0.68, 0.14, 0.295, 0.78)))
-    # The room that axes in space take reaches out of the figure
-    with plt.rc_context({"savefig.bbox": None}):
-        fig.savefig(path)
+def field_and_tractions(path, contact, f, label, line=None):
+    """Picture of deformed plane bodies with a field, and of tractions at the points in
+    contact as arrows. A line (x, y) may be drawn beside the bodies. Collective."""
+    comm, found = contact.u.function_space.mesh.comm, []
+    for points in map(contact.points, range(len(contact.zones))):
+        closed = points["status"] >= raymortar.Status.STICK
+        found.append([points[name][closed] for name in ("x", "traction")])
+    feet, arrows = (gather(comm, np.concatenate(one)) for one in zip(*found))
+    x, moved, values = gather_cells(f.function_space.mesh, contact.u, f)
+    if comm.rank > 0:
+        return
+    at = x[..., :2] + moved
+    fig, (left, right) = pyplot().subplots(
+        1, 2, figsize=(11, 3.9), layout="constrained", sharex=True, sharey=True
+    )
+    colours = draw_field(left, at, values)
+    fig.colorbar(colours, ax=left, label=label, shrink=0.8)
+    right.fill(*np.moveaxis(at, (0, 1), (1, 0)).transpose(2, 0, 1), color="0.88", lw=0)
+    most = np.linalg.norm(arrows, axis=1).max()
+    longest = 0.12 * np.ptp(at[..., 0])
+    # Arrows end where tractions act
+    style = {"angles": "xy", "scale_units": "xy", "pivot": "tip", "color": COMPUTED}
+    right.quiver(*feet.T, *arrows.T, scale=most / longest, width=0.004, **style)
+    right.update_datalim(feet - longest / most * arrows)
+    right.autoscale_view()
+    right.set_title(f"contact tractions, at most {most:.3g}", loc="left")
+    for one in (left, right):
+        one.set_aspect("equal")
+        one.axis("off")
+        if line is not None:
+            one.plot(*line, color=EXACT, lw=1.2)
+    fig.savefig(path)
 
 
 def field_and_curve(path, u, f, *parts, **options):

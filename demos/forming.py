@@ -90,7 +90,9 @@ def main(arguments=None):
     small = SMALL - sag, contact.results.resultant_on(punch).force[1]
     move(-SMALL, -DEPTH, args.steps // 2, extrapolate=True)
     bent, states = curvature(), [state("bent")]
-    above, below = (contact.results.resultant_on(body).force[1] for body in (punch, die))
+    above, below = (
+        contact.results.resultant_on(body).force[1] for body in (punch, die)
+    )
     move(-DEPTH, 0.0, args.steps // 2, extrapolate=True)
     move(0.0, ABOVE, 1)
     sprung = bent - curvature()

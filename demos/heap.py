@@ -10,6 +10,7 @@ from mpi4py import MPI
 
 import bodies
 import common
+import drawing
 import numpy as np
 from dolfinx import fem
 
@@ -110,7 +111,10 @@ def main(arguments=None):
     mises = bodies.NeoHookean(E, NU).mises(u)
     fields = [u, contact.pressure(), mises]
     io.write_xdmf(args.output / "heap.xdmf", mesh, fields)
-    raymortar.plot(contact, args.output / "heap.png")
+    wide = 1.1 * (1.5 * SIZE + 0.3)
+    line = (-wide, wide), 2 * (top - PUSH,)
+    file = args.output / "heap.png"
+    drawing.field_and_tractions(file, contact, mises, "von Mises stress", line)
     return report.finish("expected")
 
 

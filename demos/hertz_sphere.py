@@ -62,7 +62,8 @@ def main(arguments=None):
     held += ("top", down, 2), ("bottom", up, 2)
     bcs = [tools.prescribe(V, scene.find(name), w, axis) for name, w, axis in held]
     pair = scene.tags["slave"], scene.tags["master"]
-    contact = raymortar.Contact(u, scene.facet_tags, [pair])
+    law = raymortar.AugmentedLagrangian(condition="nodes", multiplier="dual")
+    contact = raymortar.Contact(u, scene.facet_tags, [pair], law)
     problem = raymortar.NonlinearProblem(residual, contact, bcs)
 
     def press(factor):
@@ -75,7 +76,7 @@ def main(arguments=None):
     force = 4.0 * contact.resultant(0).force[2]
     a = contact_radius(force)
     p0 = 1.5 * force / (np.pi * a**2)
-    pressure = common.pressure_field(contact)
+    pressure = contact.pressure()
     on_axis = common.value_at_origin(pressure, scene, "slave")
     # The second moment of Hertz's pressure is force times 2 a^2 / 5
     ds = ufl.Measure("ds", mesh, subdomain_data=scene.facet_tags)(pair[0])

@@ -42,4 +42,5 @@ def run(program, folder, ranks=1, **environment):
         check=False,
     )
     assert done.returncode == 0, done.stderr
+    assert "ContactWarning" not in done.stderr, done.stderr
     return done.stdout.strip()

@@ -10,8 +10,12 @@ from programs import ROOT
 FOLDERS = ("docs", "meshes", "benchmarks", "packaging")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 FENCED = re.compile(r"^(```+)[^\n]*\n.*?^\1", re.MULTILINE | re.DOTALL)
+LINKED = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+CELL = re.compile(r"(?<!\\)\|")
 NUMBERED = re.compile(r"\\qquad \((\d+)\.(\d+)\)$", re.MULTILINE)
 RANGE = re.compile(r"\((\d+)\.(\d+)\)(?: to \(\d+\.(\d+)\))?")
+# Words in a cell of a guide's tables
+WORDS = 15
 # Lines of a page: of a guide, of any other
 LONGEST = {True: 150, False: 200}
 # Guides, and five that are none: start, installation, C++, developers, tests
@@ -49,6 +53,20 @@ def test_links_lead_somewhere(page):
         assert path.exists(), f"{page} links to {target}"
         if anchor and path.suffix == ".md":
             assert anchor in anchors(path), f"{page} links to {target}"
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "page",
+    [page for page in pages() if str(page.parent) in ("docs", "docs/demos")],
+    ids=str,
+)
+def test_cells_of_tables_are_short(page):
+    """A reader takes in a row at a glance; what needs more is said below the table."""
+    rows = [line for line in prose(page).splitlines() if line.startswith("|")]
+    cells = [cell for row in rows for cell in CELL.split(row.strip())[1:-1]]
+    long = [c for c in cells if len(LINKED.sub(r"\1", c).split()) > WORDS]
+    assert not long
 
 
 @pytest.mark.quick

@@ -73,3 +73,24 @@ def test_a_table_of_messages_in_a_guide_is_named(tmp_path):
     code, complaint = check(make_tree(tmp_path, "", guide))
     assert code == 1
     assert complaint == "docs/guide.md: a table of messages belongs to docs/messages\n"
+
+
+@pytest.mark.parametrize(
+    "text, fault",
+    [
+        ("tag 7 is on no facet. It fell. Take tag 8", "more than 2 sentences"),
+        (
+            "tag 7 is on no facet: take tag 8. It has some",
+            "is not in the last sentence",
+        ),
+        ("tag 7 is on no facet. Take tag 8", None),
+        ("tag 7 (of 8.5) is on no facet: take tag 8", None),
+    ],
+)
+@pytest.mark.parametrize("call", ["raise ContactError({!r})", "warn({!r}, 2)"])
+def test_messages_have_two_sentences_and_the_remedy_last(tmp_path, text, fault, call):
+    code, complaint = check(make_tree(tmp_path, call.format(text) + "\n"))
+    if fault is None:
+        assert (code, complaint) == (0, "")
+    else:
+        assert code == 1 and fault in complaint

@@ -30,7 +30,7 @@ def first(pattern, name):
         (r"^version: ([\d.]+)", "CITATION.cff"),
         (r'^{% set version = "([\d.]+)"', "packaging/conda/meta.yaml"),
         (r'^    version\("([\d.]+)"\)', SPACK),
-        (r"^## (?:Unreleased: )?([\d.]+)", "CHANGELOG.md"),
+        (r"^## ([\d.]+), \d+ \w+ \d{4}$", "CHANGELOG.md"),
     ],
 )
 def test_version_is_the_same_everywhere(pattern, name):

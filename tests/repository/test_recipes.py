@@ -12,7 +12,7 @@ PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
 # Few facets carry the contact of small programs
-pytestmark = pytest.mark.filterwarnings("ignore:converged with tension")
+pytestmark = pytest.mark.filterwarnings("error::raymortar.ContactWarning")
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-// What the law has more than the multiplier at points, which a step hands on.
+// Excess of the law over the multiplier at points, which a step hands on.
 #pragma once
 
 #include "raymortar/element/assembler.h"

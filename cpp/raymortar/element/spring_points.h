@@ -1,4 +1,4 @@
-// What friction springs hold at points, beyond the polynomial on each facet.
+// Forces of friction springs at points, beyond the polynomial on each facet.
 #pragma once
 
 #include "raymortar/geometry/taylor.h"

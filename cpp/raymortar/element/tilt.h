@@ -1,4 +1,4 @@
-// How the slave has tilted against the master in a step: a slide around a bend
+// Tilt of the slave against the master in a step: a slide around a bend
 // is as long as its arc.
 #pragma once
 

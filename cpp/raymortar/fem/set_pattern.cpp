@@ -43,7 +43,7 @@ void start_anew(PetscMatrix A)
 
 /// Let the nonzero state of A be later than one that it had before.
 ///
-/// That of a parallel matrix is the sum over ranks of its parts' states, which
+/// The state of a parallel matrix sums its parts' states over ranks, which
 /// PETSc 3.22 begins at the same number for each pattern. No public function
 /// sets them.
 void follow_state(PetscMatrix A, PetscObjectState before)

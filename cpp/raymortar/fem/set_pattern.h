@@ -11,7 +11,7 @@ namespace raymortar
 ///
 /// A may have had another pattern, and be the matrix of a KSP: its nonzero
 /// state grows, by which PETSc finds out that factors have to be made anew.
-/// What is attached to A from Python is lost.
+/// Attributes that Python gave A are lost.
 /// @param A Matrix of type "aij", with its sizes
 /// @param offsets Begin of each owned row in `columns`, and the end
 /// @param columns Global columns, sorted in each row

@@ -11,7 +11,7 @@ namespace raymortar
 struct HeldFacets
 {
   std::vector<FacetBlock> facets;
-  /// Of the same facets, what is left where friction keeps what nothing feels
+  /// Blocks of the same facets that stay where friction keeps what nothing feels
   /// [theory (5.23)]
   std::vector<FacetBlock> rest;
   /// Facets that have no held node or have met a master, (facets,)

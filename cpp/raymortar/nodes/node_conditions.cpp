@@ -71,7 +71,7 @@ struct NodeState : FrictionState<D, M>
   }
 
 private:
-  /// Where no equilibrium tells the multiplier, friction carries on from the
+  /// If no equilibrium tells the multiplier, friction carries on from the
   /// accepted one  [theory (5.22)]
   void set_unfelt(const ContactState& s, Index node)
   {

@@ -115,7 +115,7 @@ class CondensedProblem:
         self._n = self._condensation.n
         self._shown, self._begun = self._present(), self._returns()
         self._newton = Newton(self._shown)
-        # Of the last residual: the user's unknowns, None where there is none; its rows,
+        # State of the last residual: the user's unknowns, None without one; its rows,
         # the multipliers, and how these have to change to balance slave nodes
         self._at: Array | None = None
         self._rows: Array = np.empty(0)
@@ -221,7 +221,7 @@ class CondensedProblem:
         return self._newton.lam
 
     def _returns(self) -> int:
-        """How often the contacts have gone back to a state."""
+        """Count how often the contacts have gone back to a state."""
         return sum(part.present.returns for part in self.contact.parts)
 
     def _present(self) -> Array:

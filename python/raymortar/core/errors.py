@@ -75,7 +75,7 @@ def warn(text: str, page: str = "warnings") -> None:
     while frame.f_back is not None and frame.f_code.co_filename.startswith(_OWN_CODE):
         frame, level = frame.f_back, level + 1
     speaks = MPI.COMM_WORLD.rank == 0 if _speaks is None else _speaks
-    # What records warnings puts a list's method in place of this function
+    # A recorder of warnings puts a list's method in place of this function
     shows = isinstance(getattr(warnings, "_showwarnmsg_impl", None), FunctionType)
     shown = warnings.showwarning
     if not speaks and shows:

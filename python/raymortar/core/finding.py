@@ -1,4 +1,4 @@
-"""What is doubtful about a state of contact."""
+"""Doubts about a state of contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What floors add to the core: each hook has a default with which the core stands alone.
+"""Hooks of the core for its floors: each hook has a default with which the core stands alone.
 
 `raymortar/__init__` sets those of the whole package. Hooks are called on all ranks.
 """

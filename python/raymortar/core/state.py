@@ -64,8 +64,8 @@ class Quantity:
         return None if there == here else _other(self.name, there, here)
 
     def added(self, name: str) -> Quantity:
-        """The same array by another name, in a state that may be older than its owner:
-        then it stays as it is."""
+        """Give the array another name. In a state older than its owner it stays as it
+        is."""
 
         def write(values: Array | None) -> None:
             if values is not None:

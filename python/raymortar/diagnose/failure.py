@@ -98,7 +98,7 @@ def describe(problem: CoupledProblem) -> str:
     corners = [corner_between(one, pressed=1) for one in contact.contacts]
     shared = [
         f"{corner[0]} share a corner at {format_point(corner[1])}, with one multiplier for "
-        "both faces: give each a Contact of its own"
+        "both faces: give each its own Contact"
         for corner in corners
         if corner is not None
     ]

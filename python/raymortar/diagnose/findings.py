@@ -144,7 +144,7 @@ def _corner(one: Contact, k: int) -> Iterator[Finding]:
             *corner,
             "both press at their corner, where one multiplier is not the traction on two "
             "faces: forces are off by a few percent",
-            "Give each slave surface a Contact of its own",
+            "Give each slave surface its own Contact",
             1.0,
             is_wrong=False,
             about=("corner", k),

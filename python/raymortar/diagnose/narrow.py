@@ -15,7 +15,7 @@ from ..core.interface.zone_data import ZoneData
 # (docs/measured/few_facets). Degrees
 JUMP = 6.0
 # Angle from which on the size of forces jumps, where the law has the normal of a smooth
-# tool. From the other one on, facets meet at a corner of the body
+# tool; from the second angle on, facets meet at a corner of the body
 ON_SMOOTH, CORNER = 12.0, 60.0
 # Part of a surface's force that has to be on facets that carry alone
 PART = 0.2

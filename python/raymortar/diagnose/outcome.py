@@ -27,7 +27,7 @@ from .unaccepted import warn_of_unaccepted_solves
 # Factor by which a doubt must be worse to be warned of again
 WORSE = 2.0
 SMALLER = "Take smaller steps"
-# What has been told of the ends of a problem's paths
+# Sentences told of the ends of a problem's paths
 _TOLD: WeakKeyDictionary[CoupledProblem, set[Any]] = WeakKeyDictionary()
 
 

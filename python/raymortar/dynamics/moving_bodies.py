@@ -97,7 +97,7 @@ class MovingBodies:
         ]  # fmt: skip
 
     def _pushes(self) -> list[Array]:
-        """What pushes each body now."""
+        """Forces and moments on each body now."""
         return [
             self._load(body, (body.cpp.force, body.cpp.moment), body.freedom.velocity)
             for body in self.bodies

@@ -47,7 +47,7 @@ OPTIONS = {
     "snes_divergence_tolerance": 1e300,
     **direct(),
 }
-# What helps, by the reason why a solve has ended
+# Remedies by the reason why a solve has ended
 _REMEDIES = {
     "MAX_IT": "a start nearer to the answer, a larger snes_max_it, or "
     'petsc_options={"snes_linesearch_type": "bt"}',
@@ -219,7 +219,7 @@ class FieldProblem:
         A = self.create_matrix()
         snes.setJacobian(lambda _, x, J, P: self.J(x, P), A)
 
-    # PETSc puts errors of its own in place of ours: these end the solve, by a residual
+    # PETSc puts its errors in place of ours: these end the solve, by a residual
     # that is no number, and are raised after it
 
     def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:

@@ -332,7 +332,7 @@ def _is_by_cell(one: Quantity) -> bool:
 
 
 def _is_of(f: Function, one: Quantity) -> bool:
-    """Whether an array is that of a Function."""
+    """Whether an array belongs to a Function."""
     if not (_is_by_cell(one) and one.by.mesh is f.function_space.mesh):
         return False
     array = one.read()

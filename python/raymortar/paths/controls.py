@@ -185,8 +185,8 @@ def _warn_of_facets(dofs: Indices, V: Any) -> None:
     inside = mesh.comm.allreduce(len(np.setdiff1d(dofs, ends)))
     if are_facets and inside:
         warn(
-            f"where has {inside} dof(s) inside the bodies, and all its numbers are those "
-            "of facets: give fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
+            f"where has {inside} dof(s) inside the bodies, and all its numbers belong to "
+            "facets: give fem.locate_dofs_topological(V, mesh.topology.dim - 1, facets)",
         )
 
 

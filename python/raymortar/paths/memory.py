@@ -1,4 +1,4 @@
-"""What a path remembers of its last steps, from which one that is resumed goes on."""
+"""A path's memory of its last steps, from which one that is resumed goes on."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PathMemory:
         self._contact = contact
         self.starts: list[State] = []
         self._of: tuple[Any, PrescribedPath, Strategies] | None = None
-        # Of a file, until a path goes on from it
+        # Values of a file, until a path goes on from it
         self._read: dict[str, list[float]] = {}
         self._begun: dict[int, State] = {}
 

@@ -1,4 +1,4 @@
-"""What programs set beside a step, which files have: places of tools, coefficients."""
+"""Settings of programs beside a step, which files have: places of tools, coefficients."""
 
 from __future__ import annotations
 

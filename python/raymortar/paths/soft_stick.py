@@ -123,7 +123,7 @@ class SoftStick(Term):
         return [i for i, zone in enumerate(self._zones) if any(self._shares(zone))]
 
     def _shortens(self, A: PETSc.Mat) -> bool:
-        """Scale the tangent where the last two residuals are those of a period before,
+        """Scale the tangent if the last two residuals repeat earlier ones after a period,
         which shortens the step; return whether they are. Collective."""
         norms = self._problem.convergence.norms
         at_points = not all(zone.is_nodal for zone in self._zones)
@@ -177,7 +177,7 @@ class SoftStick(Term):
 
 
 def _repeat(norms: Sequence[float]) -> bool:
-    """Whether the last two residuals are those of a period before."""
+    """Whether the last two residuals repeat earlier ones after a period."""
     for period in PERIODS:
         if len(norms) > period + 1:
             last, before = np.array(norms[-2:]), np.array(norms[-2 - period : -period])

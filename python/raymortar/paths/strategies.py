@@ -134,7 +134,7 @@ class Strategies:
 
     def _full(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, and learn from it."""
-        # Where a small gamma has just solved a step, it costs no more than what the plain
+        # If a small gamma has just solved a step, it costs no more than what the plain
         # solver takes to come back from a jump
         convergence = self.solver.problem.convergence
         convergence.hasty = self._lessons.last == SMALL_GAMMA

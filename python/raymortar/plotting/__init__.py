@@ -4,8 +4,11 @@
 - movie: `Movie`
 - labels: units, axes and names
 - frames: data of a picture, gathered on rank 0
-- drawing: by matplotlib, fields, surfaces, pressures, and tractions along slaves in 2D
-- pieces: polygons in space as pieces of one size
+- gathering: polygons of meshes and values around them; clipping: what of them is in a box
+- drawing: by matplotlib, fields, surfaces, and tractions along slaves in 2D
+- maps: pressure or status on slaves in space
+- artist: surfaces in space as an image; hidden: pixels in which each facet is seen
+- views: directions of the eye
 - tools: curves on rigid tools
 - rendering: pictures in 3D by pyvista
 """

@@ -8,25 +8,24 @@ from typing import Any
 import numpy as np
 
 from ..core.compat import Array
-from ..core.interface.point_results import CLOSED, along_normal, pressures
-from ..rigid.turning import directions_across
+from ..core.interface.point_results import CLOSED, Status, along_normal, pressures
 from .labels import AxisOptions
-from .pieces import pieces_of_one_size
 from .tools import COLOUR
+from .views import direction
 
 MAPS = STRESS_MAP, PRESSURE_MAP = "viridis", "magma_r"
 NORMAL, TANGENTIAL = "#c0392b", "#2c3e50"
-PRESSURE = "contact pressure"
+PRESSURE, TRACTIONS = "contact pressure", "pressure and friction"
+# Colour and name of each status
+STATUSES = {
+    Status.OPEN: ("#c8c8c8", "open"),
+    Status.STICK: ("#2c5f9e", "sticks"),
+    Status.SLIP: ("#e08214", "slips"),
+}
 # Fewest parts into which the polygons of a picture are split
 SHADED = 8_000
-# Margin around the points in contact, as a share of the larger side
-MARGIN = 0.15
 # Margin along curves of tractions, as such a share
 ZOOM = 0.25
-# Mean normals shorter than this have no direction: normals cancel
-NOTHING = 1e-3
-# Directions that are off an axis by less than this have its name
-NEAR = np.cos(np.radians(5.0))
 # Size of the axes of a picture, and room of a tick with its label along each. Inches
 AXES, TICK_ROOM = (3.5, 3.2), (0.62, 0.35)
 LOOK = {
@@ -122,41 +121,27 @@ def draw_surface(
     curves: Sequence[Array] = (),
     norm: Any = None,
 ) -> Any:
-    """Draw facets in 3D, each in the colour of its value; give a colour bar's source.
+    """Draw facets in 3D in the colours of values; give a colour bar's source.
 
-    A light shades facets (n, k, 3) with values (n,), beside curves (n, 3) on rigid tools.
+    A light shades facets (n, k, 3) with values (n, k), beside curves (n, 3) on rigid tools.
     Azimuth and elevation of the eye are in degrees. Colours follow a norm of matplotlib,
     or go from 0, or the least value below it, to the largest.
     """
     import matplotlib as mpl
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+    from .artist import Facets
 
     scale = norm or mpl.colors.Normalize(min(0.0, values.min()), values.max())
-    colours = mpl.colormaps[STRESS_MAP](scale(values))
     spokes = polygons - polygons[:, :1]
     normals = np.cross(spokes, np.roll(spokes, -1, axis=1)).sum(axis=1)
     sizes = np.linalg.norm(normals, axis=1, keepdims=True)
     normals /= np.where(sizes > 0.0, sizes, 1.0)
     # The normal may point either way: light the side that the eye sees
     light = np.abs(normals @ direction(azimuth + 25, elevation + 25))
-    colours[:, :3] *= (0.65 + 0.35 * light)[:, None]
-    # matplotlib sorts polygons by the depth of their middles, which hides parts of large
-    # ones behind others: pieces of one size are sorted right
-    pieces, of, outlines = pieces_of_one_size(polygons)
-    nearer = 0.5 * np.linalg.norm(np.diff(outlines, axis=1), axis=2)[..., None]
-    outlines = outlines + nearer * direction(azimuth, elevation)
-    both = [*pieces, *outlines[:, [0, 1, 1]]]
-    shown = np.concatenate([colours[of], np.zeros((len(outlines), 4))])
-    # Pieces have edges of their own colour, as gaps would show between them
-    strokes = np.concatenate(
-        [colours[of], np.tile((0.0, 0.0, 0.0, 1.0), (len(outlines), 1))]
-    )
-    style = {"facecolors": shown, "edgecolors": strokes, "lw": 0.15, "clip_on": False}
-    axes.add_collection3d(Poly3DCollection(both, **style))
+    shown = mpl.cm.ScalarMappable(scale, STRESS_MAP)
+    axes.add_artist(Facets(polygons, values, 0.65 + 0.35 * light, shown))
     if len(curves):
-        # matplotlib draws one collection wholly before another, which would hide half
-        # of a tool around a body
-        axes.computed_zorder = False
         style = {"colors": COLOUR, "lw": 0.6, "alpha": 0.7, "zorder": 3}
         # Newer matplotlib takes lines of one length only
         axes.add_collection3d(Line3DCollection(pieces_of(curves), **style))
@@ -166,90 +151,15 @@ def draw_surface(
     axes.set_zlim(limits[2])
     axes.set_box_aspect(np.ptp(limits, axis=1))
     axes.view_init(elevation, azimuth)
-    # Outlines that are moved to the eye stay where they are in the picture
+    # Depths are lengths along one direction
     axes.set_proj_type("ortho")
     axes.set_axis_off()
-    return mpl.cm.ScalarMappable(scale, STRESS_MAP)
+    return shown
 
 
 def pieces_of(curves: Sequence[Array]) -> Array:
     """Split curves (n, 3) into their straight pieces, (m, 2, 3)."""
     return np.concatenate([np.stack([x[:-1], x[1:]], axis=1) for x in curves])
-
-
-def direction(azimuth: float, elevation: float) -> Array:
-    """Unit vector towards the eye. Degrees."""
-    a, e = np.radians([azimuth, elevation])
-    return np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
-
-
-def draw_pressure(
-    axes: Any,
-    slaves: Sequence[Array],
-    points: dict[str, Array],
-    options: AxisOptions,
-    top: float | None = None,
-) -> Any:
-    """Draw the pressure on slave facets, seen along the mean normal of the contact."""
-    X, displacement, traction, covered, traction_there, facet = slaves
-    at, closed = X + displacement, points["status"] >= CLOSED
-    normals = (points["normal"] * points["weight"][:, None])[closed]
-    across, most = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
-    if np.linalg.norm(across) <= NOTHING * most:
-        # Normals cancel: the axis that is most normal to the facets
-        areas = np.cross(at[:, 1] - at[:, 0], at[:, -1] - at[:, 0])
-        across = np.eye(3)[np.argmax(np.abs(areas).sum(axis=0))]
-    across = across / np.linalg.norm(across)
-    frame = plane_of(across)
-    if (np.abs(frame).max(axis=1) > NEAR).all():
-        frame = np.round(frame)  # axes have the coordinates of their names
-    # Facets nearer to the eye hide others; covered parts are on their facets
-    depth = at.mean(axis=1) @ across
-    order = np.argsort(np.append(depth, depth[facet]), kind="stable")
-    polygons = joined((at, covered))
-    tractions = joined((traction, traction_there))[order]
-    pressure = np.linalg.norm(tractions, axis=2, keepdims=True)
-    drawn, outlines = polygons[order] @ frame.T, at @ frame.T
-    colours = draw_field(
-        axes, drawn, pressure, top=top, cmap=PRESSURE_MAP, outlines=outlines
-    )
-    xlabel, ylabel = (options.length(name_of(one)) for one in frame)
-    axes.set(xlabel=xlabel, ylabel=ylabel)
-    if not closed.any():
-        _say_no_contact(axes)
-        return colours
-    # Zoom to the points in contact, but not wider than what is drawn
-    active = points["x"][closed] @ frame.T
-    margin = MARGIN * np.ptp(active, axis=0).max()
-    lower, upper = np.transpose([axes.get_xlim(), axes.get_ylim()])
-    lower = np.maximum(lower, active.min(axis=0) - margin)
-    upper = np.minimum(upper, active.max(axis=0) + margin)
-    axes.set(xlim=(lower[0], upper[0]), ylim=(lower[1], upper[1]))
-    return colours
-
-
-def joined(parts: Sequence[Array]) -> Array:
-    """Join polygons (n, k, 3) of some and of more points: those with fewer repeat their
-    last."""
-    order = np.arange(max(part.shape[1] for part in parts))
-    return np.concatenate(
-        [part[:, np.minimum(order, part.shape[1] - 1)] for part in parts]
-    )
-
-
-def plane_of(normal: Array) -> Array:
-    """Two unit vectors in the plane across a unit normal, (2, 3), as near to axes as can
-    be, and along rather than against these."""
-    # "xy", not "yx"
-    pair = sorted(directions_across(normal), key=lambda t: int(np.argmax(np.abs(t))))
-    return np.array([t * np.sign(t[np.argmax(np.abs(t))]) for t in pair])
-
-
-def name_of(direction: Array) -> str:
-    """Name of a direction for an axis of a picture."""
-    if np.abs(direction).max() > NEAR:
-        return "xyz"[int(np.argmax(np.abs(direction)))]
-    return "along ({:.2f}, {:.2f}, {:.2f})".format(*(np.round(direction, 2) + 0.0))
 
 
 def arc_lengths(ends: Array, deformed_ends: Array) -> Array:
@@ -299,24 +209,24 @@ def draw_tractions(
     names: Sequence[str],
     frictional: bool,
 ) -> None:
-    """Draw pressure and friction, in one colour a pair where there are several."""
+    """Draw pressure and friction: in one colour a pair where there are several, or
+    friction in that of each status."""
     values, label = _abscissa(slaves, points, options)
-    axes.set(xlabel=label, ylabel=options.stress(PRESSURE))
+    of_status = options.quantity == "status"
+    name = TRACTIONS if of_status else PRESSURE
+    axes.set(xlabel=label, ylabel=options.stress(name))
     across = points["traction"] - along_normal(points, points["traction"])
     curves = {"pressure": pressures(points)}
-    if frictional:
+    if frictional or of_status:
         curves["friction"] = np.linalg.norm(across, axis=1)
-    for pair in np.unique(points["pair"]):
-        colours, markers, name = (f"C{pair % 10}",) * 2, ".x", f"{names[pair]} "
-        if len(names) == 1:
-            colours, markers, name = (NORMAL, TANGENTIAL), "..", ""
-        on = points["pair"] == pair
-        for (kind, y), colour, marker in zip(curves.items(), colours, markers):
-            style = {"ms": 3, "color": colour, "label": name + kind}
-            axes.plot(values[on], y[on], marker, **style)
+    if of_status:
+        _draw_by_status(axes, values, curves, points["status"])
+    else:
+        _draw_by_pair(axes, values, curves, points["pair"], names)
     if len(axes.lines) > 1:  # above the dots
-        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.04), "ncol": 2}
-        axes.legend(**place, markerscale=2.0)
+        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.04)}
+        columns = len(axes.lines) if of_status else 2
+        axes.legend(**place, ncol=columns, markerscale=2.0)
     closed = points["status"] >= CLOSED
     if options.zoom and closed.any():
         shown = values[closed]
@@ -329,7 +239,36 @@ def draw_tractions(
         room = 0.04 * np.ptp(drawn)
         axes.set_ylim(drawn.min() - room, drawn.max() + room)
     if not np.any(curves["pressure"]):
-        _say_no_contact(axes)
+        say_no_contact(axes)
+
+
+def _draw_by_status(
+    axes: Any, values: Array, curves: dict[str, Array], status: Array
+) -> None:
+    """Draw the pressure in grey, and friction in the colour of each status."""
+    axes.plot(values, curves["pressure"], ".", ms=3, color="0.6", label="pressure")
+    for one, (colour, name) in STATUSES.items():
+        if (on := status == one).any():
+            style = {"ms": 4, "color": colour, "label": f"friction, {name}"}
+            axes.plot(values[on], curves["friction"][on], ".", **style)
+
+
+def _draw_by_pair(
+    axes: Any,
+    values: Array,
+    curves: dict[str, Array],
+    pairs: Array,
+    names: Sequence[str],
+) -> None:
+    """Draw curves in one colour for each pair."""
+    for pair in np.unique(pairs):
+        colours, markers, name = (f"C{pair % 10}",) * 2, ".x", f"{names[pair]} "
+        if len(names) == 1:
+            colours, markers, name = (NORMAL, TANGENTIAL), "..", ""
+        on = pairs == pair
+        for (kind, y), colour, marker in zip(curves.items(), colours, markers):
+            style = {"ms": 3, "color": colour, "label": name + kind}
+            axes.plot(values[on], y[on], marker, **style)
 
 
 def _abscissa(
@@ -357,7 +296,7 @@ def _abscissa(
 def contents(axes: Any) -> list[Any]:
     """Find what axes show, their own labels and ticks aside."""
     legend = axes.get_legend()
-    found = [*axes.collections, *axes.lines, *axes.texts]
+    found = [*axes.artists, *axes.collections, *axes.lines, *axes.texts]
     return found if legend is None else [*found, legend]
 
 
@@ -383,7 +322,7 @@ def fit_ticks(figure: Any) -> None:
             axes.locator_params(axis, nbins=bins, steps=[1, 2, 2.5, 5, 10])
 
 
-def _say_no_contact(axes: Any) -> None:
+def say_no_contact(axes: Any) -> None:
     axes.text(
         0.5, 0.5, "no contact", ha="center", va="center", transform=axes.transAxes
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
@@ -16,17 +17,14 @@ from dolfinx.mesh import Mesh
 
 from ..core import compat
 from ..core.compat import Array, Indices
-from ..core.discretization.facets import (
-    FACET_SHAPE,
-    cell_facet_nodes,
-    facets_of_mesh,
-    interpolate,
-    shape_functions,
-)
+from ..core.discretization.facets import interpolate
+from ..core.discretization.joined import parts_of
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import positions
 from ..paths.patch_columns import rigid_bodies
 from ..tools import nodal_field
+from .clipping import Box, within
+from .gathering import gather, gather_bodies, gather_boundary, gather_cells
 from .labels import AxisOptions
 from .tools import curves
 
@@ -38,16 +36,12 @@ if TYPE_CHECKING:
 MARGIN = {2: 0.15, 3: 0.4}
 # Margin around the points in contact of a picture that is zoomed to them
 ZOOM = 0.4
-# Most parts of an edge of degree 2, and edges of a picture that have two parts or more
-PARTS, EDGES = 8, 12_000
 # Covered share from which a slave facet has its pressure all over
 WHOLE = 1.0 - 1e-9
 # Arrays of points that pictures need; `facet` is a place among all slave facets
 _NAMES = "x normal contact_normal traction weight status pair facet".split()
 # Names that DOLFINx gives Functions without one, and parts of Functions
 _UNNAMED = r"f(_\d+)?|.*_\d+"
-
-Box = tuple[Array, Array]
 
 
 @dataclass
@@ -98,33 +92,44 @@ class Ranges:
         return cls((low, high), float(max(sizes, default=0.0)))
 
 
-def label_of(u: Function, field: Any, label: str | None, options: AxisOptions) -> str:
-    """Label of the colours of bodies, with their unit."""
-    if field is None:
-        shown = "displacement"
-        if shown in u.name:
-            shown = u.name
-        elif re.fullmatch(_UNNAMED, u.name) is None:
-            shown = f"displacement {u.name}"
-        return options.length(shown if label is None else label)
-    shown = getattr(field, "name", "field") if label is None else label
-    return options.label("field", shown)
+def label_of(u: Any, field: Any, label: str | None, options: AxisOptions) -> str:
+    """Label of the colours of bodies, with their unit; a name that all meshes have."""
+    several = field if isinstance(field, (list, tuple)) else [field]
+    shown = "field" if field is not None else "displacement"
+    given = parts_of(u) if field is None else several
+    names = {getattr(one, "name", shown) for one in given}
+    name = names.pop() if len(names) == 1 else shown
+    if field is not None:
+        return options.label("field", name if label is None else label)
+    if shown in name:
+        shown = name
+    elif re.fullmatch(_UNNAMED, name) is None:
+        shown = f"displacement {name}"
+    return options.length(shown if label is None else label)
 
 
 def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | None:
     """Gather what a picture shows on rank 0; None elsewhere. Collective."""
-    u = contact.unknowns.only.u
-    mesh = u.function_space.mesh
-    comm, dim = mesh.comm, mesh.geometry.dim
-    shown = _nodal(u if field is None else field, mesh)
+    parts = parts_of(contact.u)
+    comm, dim = contact.layout.comm, contact.u.function_space.mesh.geometry.dim
+    given = list(field) if isinstance(field, (list, tuple)) else [field]
+    shown = [
+        _nodal(u if one is None else one, u.function_space.mesh)
+        for u, one in zip(
+            parts, given if len(given) == len(parts) else given * len(parts)
+        )
+    ]
+    slave = contact.surfaces.slave_u
     facets = np.concatenate([zone.facets.slave.facets for zone in contact.zones])
     if dim == 2:
-        bodies = gather_cells(mesh, u, shown)
-        slaves = gather_boundary(mesh, u, facets=facets)
+        bodies = gather_bodies(gather_cells, parts, shown)
+        slaves = gather_boundary(slave.function_space.mesh, slave, facets=facets)
     else:
-        parts, traction = _parts(mesh, u), contact.traction("normal")
-        bodies = gather_boundary(mesh, u, shown, parts=parts)
-        slaves = gather_boundary(mesh, u, traction, facets=facets, parts=parts)
+        traction = contact.traction("normal")
+        curved = partial(gather_boundary, parts=None)
+        bodies = gather_bodies(curved, parts, shown)
+        mesh = slave.function_space.mesh
+        slaves = curved(mesh, slave, traction, facets=facets)
         share, covered = _gather_covered(contact, traction, comm)
     points = _gather_points(contact, comm)
     if comm.rank > 0:
@@ -193,7 +198,7 @@ def _gather_covered(
     segments = [zone.cpp.segments() for zone in contact.zones]
     largest = max((np.diff(s["offsets"]).max(initial=1) for s in segments), default=1)
     order = np.arange(comm.allreduce(largest, op=MPI.MAX))
-    values = [f.x.array.reshape(-1, 3) for f in (contact.unknowns.only.u, traction)]
+    values = [f.x.array.reshape(-1, 3) for f in (contact.u, traction)]
     degree, parts = compat.element_info(traction.function_space).degree, []
     first = comm.exscan(sum(len(s["covered"]) for s in segments)) or 0
     for zone, found in zip(contact.zones, segments):
@@ -234,152 +239,3 @@ def _contact_box(slaves: Any, points: dict[str, Array]) -> Box | None:
     facet = float(np.ptp(ends, axis=1).max())
     margin = max(ZOOM * float(np.ptp(at, axis=0).max()), facet)
     return at.min(axis=0) - margin, at.max(axis=0) + margin
-
-
-def within(bodies: Any, box: Box) -> list[Array]:
-    """The polygons that reach into a box; in 3D what of them is in it, where polygons
-    with fewer points repeat their last. Axes cut those of a plane."""
-    x, u, _ = bodies
-    at = x[..., : u.shape[-1]] + u
-    reaches = ((at.max(axis=1) >= box[0]) & (at.min(axis=1) <= box[1])).all(axis=1)
-    chosen = [values[reaches] for values in bodies]
-    if u.shape[-1] == 2:
-        return chosen
-    rows = np.concatenate([at[reaches], *chosen], axis=2)
-    parts = [part for one in rows if len(part := _clipped(one, box)) > 2]
-    width = max(map(len, parts), default=3)
-    order = [np.minimum(np.arange(width), len(part) - 1) for part in parts]
-    cut = [part[k] for part, k in zip(parts, order)]
-    found = np.array(cut).reshape(-1, width, rows.shape[2])
-    return np.split(found[..., 3:], [3, 6], axis=2)
-
-
-def _clipped(rows: Array, box: Box) -> Array:
-    """Clip a polygon to a box: rows begin with its points, and are interpolated."""
-    for sign, corner in zip((1.0, -1.0), box):
-        for axis, bound in enumerate(corner):
-            depth = sign * (rows[:, axis] - bound)
-            if (depth >= 0.0).all():
-                continue
-            kept: list[Array] = []
-            for k in range(len(rows)):
-                if (depth[k - 1] < 0.0) != (depth[k] < 0.0):
-                    share = depth[k - 1] / (depth[k - 1] - depth[k])
-                    kept.append(rows[k - 1] + share * (rows[k] - rows[k - 1]))
-                if depth[k] >= 0.0:
-                    kept.append(rows[k])
-            if not kept:
-                return rows[:0]
-            rows = np.array(kept)
-    return rows
-
-
-# Meshes and fields on rank 0
-
-# Nodes of a polygon of degree 2 in the order around it; every other one is a corner
-_AROUND = {
-    "interval": [0, 2, 1],
-    "triangle": [0, 5, 1, 3, 2, 4],
-    "quadrilateral": [0, 4, 1, 6, 3, 7, 2, 5],
-}
-
-
-def gather(comm: MPI.Comm, array: Array) -> Array | None:
-    """Join the rows of all ranks on rank 0; None on other ranks. Collective."""
-    parts = comm.gather(array, root=0)
-    return None if parts is None else np.concatenate(parts)
-
-
-def _degree(V: Any) -> int:
-    """Degree to which pictures show functions of a space, 1 or 2."""
-    return 2 if compat.element_info(V).degree == 2 else 1
-
-
-def _parts(mesh: Mesh, *functions: Function) -> int:
-    """Find into how many parts edges are split, so that those of degree 2 look curved."""
-    degrees = [_degree(f.function_space) for f in functions]
-    if max(compat.geometry_degree(mesh), *degrees) == 1:
-        return 1
-    cells = mesh.topology.index_map(mesh.topology.dim).size_global
-    return int(np.clip(EDGES // (4 * cells), 2, PARTS))
-
-
-def _outline(corners: int, degree: int, parts: int) -> Array:
-    """Shape functions at the points around a polygon, (points, nodes around it)."""
-    if corners == 2:
-        return np.eye(2)
-    t = np.arange(parts)[:, None] / parts
-    begin, end, *middle = shape_functions("interval", degree, t)[0].T
-    table = np.zeros((corners, parts, corners * degree))
-    for k in range(corners):
-        for j, values in enumerate([begin, *middle, end]):
-            table[k, :, (degree * k + j) % (corners * degree)] = values
-    return table.reshape(corners * parts, -1)
-
-
-def _gather_around(
-    mesh: Mesh,
-    shape: str,
-    cells: Indices,
-    nodes_of: Callable[[int], Indices],
-    functions: tuple[Any, ...],
-    parts: int,
-) -> list[Any]:
-    """Points (n, k, 3) around polygons of a shape and values of functions, on rank 0.
-
-    The nodes of cells around each polygon are those of a degree.
-    """
-    x, degree = mesh.geometry.x, compat.geometry_degree(mesh)
-    sources = [(x, compat.geometry_dofmap(mesh), degree)]
-    for f in functions:
-        V = f.function_space
-        values = f.x.array.reshape(-1, V.dofmap.index_map_bs)
-        sources.append((values, compat.dofmap_array(V), _degree(V)))
-    found, around = [], _AROUND[shape]
-    for values, dofs, degree in sources:
-        degree = 1 if parts == 1 or shape == "interval" else degree
-        order = around[:: 3 - degree]
-        at = values[dofs[cells[:, None], nodes_of(degree)[:, order]]]
-        table = _outline(len(around[::2]), degree, parts)
-        found.append(gather(mesh.comm, np.einsum("pa,nac->npc", table, at)))
-    return found
-
-
-def gather_cells(
-    mesh: Mesh, *functions: Function, parts: int | None = None
-) -> list[Any]:
-    """Cells of a 2D mesh as polygons, with functions around them. Collective.
-
-    The first function, if any, is the displacement: edges have several parts if it or
-    the mesh is of degree 2, unless a number is given. On rank 0 points (n, k, 3) in
-    order around the cell, and an array (n, k, components) for each continuous Lagrange
-    function; None elsewhere.
-    """
-    parts = _parts(mesh, *functions[:1]) if parts is None else parts
-    cells = np.arange(compat.owned_cells(mesh), dtype=np.int32)
-    shape = compat.cell_name(mesh)
-    nodes = np.arange(len(_AROUND[shape]))[None]
-    return _gather_around(mesh, shape, cells, lambda degree: nodes, functions, parts)
-
-
-def gather_boundary(
-    mesh: Mesh,
-    *functions: Function,
-    facets: Indices | None = None,
-    parts: int = 1,
-) -> list[Any]:
-    """Exterior facets of a mesh, or given ones of this rank, as `gather_cells`.
-
-    Collective. Edges have a number of parts. In 2D polygons are ends.
-    """
-    chosen = compat.exterior_facets(mesh) if facets is None else facets
-    found = facets_of_mesh(mesh, -1, chosen)
-    # The owner of a facet's cell sends the facet: each facet comes once
-    own = found.some(found.cells < compat.owned_cells(mesh))
-    cell = compat.cell_name(mesh)
-
-    def nodes_of(degree: int) -> Indices:
-        return cell_facet_nodes(cell, degree)[own.local_facets]
-
-    shape = FACET_SHAPE[cell]
-    return _gather_around(mesh, shape, own.cells, nodes_of, functions, parts)

@@ -15,6 +15,8 @@ from ..core.interface.pairs import Pair
 ABSCISSAS = ("x", "y", "arc", "angle")
 # Quantities with a unit: lengths, stresses, the field that colours bodies
 QUANTITIES = ("length", "stress", "field")
+# Quantities shown on slave surfaces
+SHOWN = ("pressure", "status")
 Units = tuple[str, str] | Mapping[str, tuple[str, float]]
 
 
@@ -27,13 +29,18 @@ class AxisOptions:
     units: Any = None
     axes: str = "xy"
     zoom: bool = False
+    quantity: str = "pressure"
 
     def __post_init__(self) -> None:
         x, centre = self.x, self.centre
+        if self.quantity not in SHOWN:
+            raise ContactError(
+                f"quantity must be one of {SHOWN}, not {self.quantity!r}"
+            )
         if x is not None and x not in ABSCISSAS:
             raise ContactError(f"x must be one of {ABSCISSAS} or None, not {x!r}")
         if centre is not None and x != "angle":
-            raise ContactError('centre is that of angles: give x="angle" too')
+            raise ContactError('centre belongs to angles: give x="angle" too')
         if centre is not None:
             if np.shape(centre) != (2,) or not np.isfinite(centre).all():
                 raise ContactError(f"centre must be (x, y), not {centre!r}")

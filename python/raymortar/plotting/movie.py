@@ -44,7 +44,7 @@ class Movie:
         Contact.
     file
         Path that ends in ``.gif``.
-    field, label, view, x, centre, units, zoom
+    field, label, view, x, centre, units, zoom, quantity
         The same as for `plot`.
     fps
         Pictures per second.
@@ -74,8 +74,9 @@ class Movie:
         units: Units | None = None,
         zoom: bool = False,
         fps: float = 5.0,
+        quantity: str = "pressure",
     ) -> None:
-        self._options = checked(contact, field, x, centre, units, zoom)
+        self._options = checked(contact, field, x, centre, units, zoom, quantity)
         self.contact, self._comm = contact, contact.layout.comm
         with together(self._comm):
             self.path = as_path(file)
@@ -86,8 +87,7 @@ class Movie:
         fault = lacking("matplotlib", contact.u.function_space.mesh.geometry.dim)
         raise_everywhere(self._comm, fault if draws else None)
         self._field, self._view = field, view
-        u = contact.unknowns.only.u
-        self._label = label_of(u, field, label, self._options)
+        self._label = label_of(contact.u, field, label, self._options)
         self._frames: list[tuple[Frame, str]] = []
 
     def add(self, title: str = "") -> None:

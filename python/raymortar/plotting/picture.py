@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from dolfinx.fem import Function
 
 from ..core import compat
+from ..core.discretization.joined import parts_of
 from ..core.errors import (
     ContactError,
     as_path,
@@ -19,7 +20,7 @@ from ..core.errors import (
     truth,
     writing,
 )
-from . import drawing, rendering
+from . import drawing, maps, rendering
 from .frames import Frame, Ranges, gather_frame, label_of
 from .labels import AxisOptions, Units, pair_label
 from .tools import COLOUR
@@ -41,6 +42,7 @@ def plot(
     centre: Sequence[float] | None = None,
     units: Units | None = None,
     zoom: bool = False,
+    quantity: str = "pressure",
 ) -> Any:
     """Draw the deformed bodies and the contact pressure, at the last update. Collective.
 
@@ -61,7 +63,8 @@ def plot(
     field
         Colours of the bodies: a ``Function`` or a UFL expression such as the von Mises
         stress; of a vector its length, of a tensor the root of the sum of its squared
-        components. Default: the displacement.
+        components. Of bodies on meshes of their own a list, one for each mesh. Default:
+        the displacement.
     label
         Label of the colour bar; the unit is added unless it ends with it. Default: the
         name of the field; "displacement", with the name of its Function if it has one.
@@ -85,6 +88,10 @@ def plot(
     zoom
         Whether only the bodies next to the points in contact are drawn, and tractions
         there.
+    quantity
+        Shown of the slave surfaces: ``"pressure"``, or ``"status"``, which tells points
+        that are open, stick and slip: in 2D by the colours of friction, in 3D on a map
+        of the points. By matplotlib.
 
     Returns
     -------
@@ -103,9 +110,10 @@ def plot(
     >>> raymortar.plot(contact, "contact.png", x="arc", units=("mm", "MPa"))
     >>> si = {"length": ("mm", 1e3), "stress": ("MPa", 1e-6), "field": ("MPa", 1e-6)}
     >>> raymortar.plot(contact, "contact.png", von_mises, units=si, zoom=True)
+    >>> raymortar.plot(contact, "slip.png", quantity="status")
     >>> raymortar.plot(contact, "contact.png", backend="pyvista")
     """
-    options = checked(contact, field, x, centre, units, zoom)
+    options = checked(contact, field, x, centre, units, zoom, quantity)
     comm = contact.layout.comm
     with together(comm):
         contact.points()  # raises before the first update
@@ -113,9 +121,14 @@ def plot(
             as_path(file)
     require_agreement(comm, backend=backend)
     draws = comm.rank == 0
+    if backend == "pyvista" and quantity != "pressure":
+        raise ContactError(
+            f"backend 'pyvista' shows pressures: draw quantity={quantity!r} by "
+            "'matplotlib'"
+        )
     dim = contact.u.function_space.mesh.geometry.dim
     raise_everywhere(comm, lacking(backend, dim) if draws else None)
-    title = label_of(contact.unknowns.only.u, field, label, options)
+    title = label_of(contact.u, field, label, options)
     frame, figure = gather_frame(contact, field, options), None
     if frame is not None and backend == "pyvista":
         labels = title, options.stress(drawing.PRESSURE)
@@ -133,25 +146,44 @@ def plot(
 
 
 def checked(
-    contact: Any, field: Any, x: Any, centre: Any, units: Any, zoom: Any
+    contact: Any,
+    field: Any,
+    x: Any,
+    centre: Any,
+    units: Any,
+    zoom: Any,
+    quantity: Any,
 ) -> AxisOptions:
     """Check what is drawn, and return the options of its axes. Collective."""
     if not hasattr(contact, "zones"):
         raise ContactError(f"plot needs a Contact, not {type(contact).__name__}")
     with together(contact.layout.comm):
-        mesh = contact.unknowns.only.u.function_space.mesh
-        if field is not None and not hasattr(field, "ufl_shape"):
+        if field is not None:
+            _check_fields(field, [u.function_space.mesh for u in parts_of(contact.u)])
+        axes = "rz" if contact.system.axisymmetric else "xy"
+        shown = truth("zoom", zoom), quantity
+        options = AxisOptions(x, centre, units, axes, *shown)
+    require_agreement(contact.layout.comm, zoom=zoom, quantity=quantity)
+    return options
+
+
+def _check_fields(field: Any, meshes: Sequence[Any]) -> None:
+    """Raise unless there is a field for each mesh."""
+    fields = field if isinstance(field, (list, tuple)) else [field]
+    if len(fields) != len(meshes):
+        raise ContactError(
+            f"bodies are on {len(meshes)} meshes: field must be a list of one for each "
+            f"mesh, not {described(field)}"
+        )
+    for one, mesh in zip(fields, meshes):
+        if not hasattr(one, "ufl_shape"):
             raise ContactError(
-                f"field must be a Function or UFL expression, not {described(field)}"
+                f"field must be a Function or UFL expression, not {described(one)}"
             )
-        if isinstance(field, Function) and not compat.on_mesh(field, mesh):
+        if isinstance(one, Function) and not compat.on_mesh(one, mesh):
             raise ContactError(
                 "field is a Function on another mesh than the displacement"
             )
-        axes = "rz" if contact.system.axisymmetric else "xy"
-        options = AxisOptions(x, centre, units, axes, truth("zoom", zoom))
-    require_agreement(contact.layout.comm, zoom=zoom)
-    return options
 
 
 def lacking(backend: str, dim: int) -> str | None:
@@ -218,20 +250,25 @@ def draw(
             if frame.box is not None:
                 (before, below), (after, above) = frame.box
                 left.set(xlim=(before, after), ylim=(below, above))
+                # Sides that cut bodies have a line
+                left.spines[["top", "right"]].set_visible(options.zoom)
             across, up = map(options.length, options.axes)
             left.set(xlabel=across, ylabel=up)
             names = [pair_label(pair) for pair in contact.pairs]
             frictional = contact.friction is not None
-            shown = frame.slaves, frame.points, options, names, frictional
-            drawing.draw_tractions(right, *shown)
+            along = frame.slaves, frame.points, options, names, frictional
+            drawing.draw_tractions(right, *along)
         else:
-            mean = values.mean(axis=(1, 2))
-            colours = drawing.draw_surface(left, x + u, mean, *view, frame.lines, norm)
-            top = ranges.pressure
-            bar = drawing.draw_pressure(right, frame.slaves, frame.points, options, top)
-            pressure = options.stress(drawing.PRESSURE)
-            if is_first:
-                figure.colorbar(bar, ax=right, label=pressure, shrink=0.85)
+            shown = x + u, values[..., 0], *view, frame.lines, norm
+            colours = drawing.draw_surface(left, *shown)
+            on_slaves = frame.slaves, frame.points, options
+            if options.quantity == "status":
+                maps.draw_status(right, *on_slaves)
+            else:
+                bar = maps.draw_pressure(right, *on_slaves, ranges.pressure)
+                pressure = options.stress(drawing.PRESSURE)
+                if is_first:
+                    figure.colorbar(bar, ax=right, label=pressure, shrink=0.85)
         if is_first:
             shrink = 0.85 if in_plane else 0.7
             figure.colorbar(colours, ax=left, label=label, shrink=shrink)

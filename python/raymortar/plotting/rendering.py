@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from ..core.compat import Array
-from .drawing import PRESSURE_MAP, STRESS_MAP, direction, joined, pieces_of
+from .drawing import PRESSURE_MAP, STRESS_MAP, pieces_of
+from .gathering import joined
 from .tools import COLOUR
+from .views import direction
 
 SIZE = (1600, 670)  # size of the picture, in pixels
 # Way of covered parts towards the eye, in front of their facets, over the surface's size

@@ -232,7 +232,7 @@ class Results:
         if unsolved and self._says_unsolved:
             self._says_unsolved = False
             warn(
-                "nothing has been solved yet: contact forces are those of the start, "
+                "nothing has been solved yet: contact forces are of the start, "
                 "zero but for a penalty's in overlaps",
                 page="use",
             )

@@ -60,7 +60,7 @@ class Compliance:
         self._ksp.setUp()
         if pc.getFactorSolverType() != "mumps":
             raise ContactError(
-                f"kept factors are those of mumps, not of {pc.getFactorSolverType()}: "
+                f"kept factors come from mumps, not from {pc.getFactorSolverType()}: "
                 "leave kept_pc_factor_mat_solver_type out"
             )
         self._factors = pc.getFactorMatrix()

@@ -45,7 +45,7 @@ def confined(apart):
 @pytest.mark.mpi
 def test_they_share_a_multiplier_and_are_found():
     force, (found,) = confined(apart=False)
-    assert found.place == (1.0, 0.0) and "Contact of its own" in found.remedy
+    assert found.place == (1.0, 0.0) and "its own Contact" in found.remedy
     assert abs(force[1] - 0.3) > 1e-3
 
 

@@ -7,7 +7,7 @@ from problems import COMM
 
 from meshes.scenes import two_blocks
 from raymortar.core import compat
-from raymortar.plotting.frames import gather_boundary, gather_cells
+from raymortar.plotting.gathering import gather_boundary, gather_cells
 
 
 def area(polygons):

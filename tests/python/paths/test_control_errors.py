@@ -61,7 +61,7 @@ def test_numbers_of_facets_are_told_from_dofs():
             except ContactError as error:  # more facets than dofs
                 assert tells and "has not" in str(error)
                 continue
-        assert any("are those of facets" in str(w.message) for w in caught) == tells
+        assert any("belong to facets" in str(w.message) for w in caught) == tells
 
 
 @pytest.mark.mpi

@@ -9,7 +9,8 @@ import raymortar
 from meshes.scenes import two_blocks
 from raymortar import rigid
 from raymortar.plotting import rendering
-from raymortar.plotting.drawing import joined, name_of, plane_of
+from raymortar.plotting.gathering import joined
+from raymortar.plotting.views import name_of, plane_of
 
 pytest.importorskip("matplotlib")
 

@@ -81,4 +81,4 @@ def test_a_picture_of_space_shows_the_tools(draw):
     if left is None:
         return
     assert left.get_zlim()[1] == pytest.approx(1.4, abs=0.05)
-    assert len(left.collections) == 2
+    assert len(left.artists) == len(left.collections) == 1

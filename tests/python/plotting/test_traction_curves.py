@@ -142,7 +142,7 @@ def test_no_contact_is_said(dim, ahead, folder):
     "options, message",
     [
         ({"x": "z"}, "x must be one of"),
-        ({"centre": (0.0, 0.0)}, "centre is that of angles"),
+        ({"centre": (0.0, 0.0)}, "centre belongs to angles"),
         ({"x": "angle", "centre": (0.0, 0.0, 1.0)}, "centre must be"),
         ({"units": "mm"}, "units must be"),
         ({"units": ("mm", 1)}, "units must be"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from raymortar.plotting.frames import within
+from raymortar.plotting.clipping import within
 
 BOX = np.array([0.2, 0.2, -1.0]), np.array([0.8, 0.7, 1.0])
 

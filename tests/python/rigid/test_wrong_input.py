@@ -173,7 +173,7 @@ def test_shapes_of_the_plane_have_places_of_two_numbers(make):
     (
         ([(1, rigid.Sphere((0, 0, 0), 1.0))], "made for 3D, the mesh is in 2D"),
         ([(rigid.Circle((0, 0), 1.0), 1)], "can be a master only"),
-        ([(1, rigid.Circle((0, 3), 1.0)), (1, 2)], "a Contact of its own"),
+        ([(1, rigid.Circle((0, 3), 1.0)), (1, 2)], "its own Contact"),
     ),
 )
 def test_pairs_that_cannot_be_are_told(pairs, message):

@@ -361,7 +361,7 @@ def test_factors_are_those_of_mumps(solver):
     one = solver(problem, options)
     for call in (one.solve, lambda: corrected(one)):
         with pytest.raises(
-            ContactError, match="kept factors are those of mumps, not of p"
+            ContactError, match="kept factors come from mumps, not from p"
         ):
             call()
 

@@ -268,15 +268,15 @@ def _require_leader(
             if group.slave == ALL and len(groups) > 1:
                 raise ContactError(
                     "pairs has slave 'all' beside others, whose facets it has too, and a "
-                    "multiplier is of one slave: give each a Contact of its own, "
+                    "multiplier is of one slave: give each its own Contact, "
                     "NonlinearProblem(F, [one, other])"
                 )
             continue
         if group.slave == ALL:
             raise ContactError(
-                "pairs has 'all', where each facet is slave and master: take "
-                "method=Penalty(), as a multiplier needs one side that leads. ('all', "
-                "tool) alone has one, the tool"
+                "pairs has 'all', where each facet is slave and master, and a multiplier "
+                "needs one side that leads: take method=Penalty(), or ('all', tool) alone, "
+                "where the tool leads"
             )
         several = "use each tag number on one mesh only, or, if one surface is meant, "
         raise ContactError(

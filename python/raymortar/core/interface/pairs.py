@@ -189,7 +189,7 @@ def _check_order(
     if any(isinstance(m, Target) != isinstance(master, Target) for m in others):
         raise ContactError(
             f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and "
-            "rigid ones: give each kind a Contact of its own, NonlinearProblem(F, "
+            "rigid ones: give each kind its own Contact, NonlinearProblem(F, "
             "[one, other])"
         )
 

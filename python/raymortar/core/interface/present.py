@@ -95,7 +95,7 @@ class PresentState:
 
     @property
     def followers(self) -> list[Follower]:
-        """Who follows the steps, for as long as somebody keeps them, in order."""
+        """Objects that follow the steps, for as long as somebody keeps them, in order."""
         return list(self._followers.values())
 
     def follow(self, follower: Follower) -> None:
@@ -342,7 +342,7 @@ def _other_surfaces(there: Array, here: Array) -> str:
 
 
 def _other_points(zone: ZoneData, there: Array) -> str | None:
-    """Say that points of springs are those of another surface. Steps differ in their
+    """Say that points of springs belong to another surface. Steps differ in their
     number."""
     side = zone.facets.slave_surface
     width, count = 2 * side.gdim + 1, len(side.facet_dofs)

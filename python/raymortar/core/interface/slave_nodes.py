@@ -181,7 +181,7 @@ def warn_of_corners(tie: ContactSurfaces) -> None:
         warn(
             f"the slave of {tie.tags} turns by more than 60 degrees at "
             f"{len(places)} node(s), as at {format_point(places[0], places)}. Give each "
-            "face a tag, and a Tie of its own",
+            "face its own tag and Tie",
         )
 
 

@@ -141,7 +141,7 @@ class ZoneData:
     adjustment: Array | None = None  # the same, of `Contact.adjust`
     augmentation: Array | None = None  # the same, of an exact penalty
     against_tension: str = ""  # remedy, once one is found, see `diagnose.findings`
-    # How far straight facets lie off curved surfaces, where that is much of the first gap
+    # Distance of straight facets from curved surfaces, if it is much of the first gap
     off_curve: float = 0.0
     # Force on each slave facet at the last state that `diagnose.narrow` has seen
     carried: Array | None = None

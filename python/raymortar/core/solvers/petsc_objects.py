@@ -30,7 +30,7 @@ DIRECT = {
     "pc_factor_mat_solver_type": "mumps",
     "mat_mumps_icntl_14": 60,
 }
-# The same for factors whose type follows the symmetry of the matrix
+# Options of factors whose type follows the symmetry of the matrix
 SYMMETRIC_OR_NOT = {k: v for k, v in DIRECT.items() if k != "pc_type"}
 
 # Relative tolerance of systems that paths solve with one tangent, whose solutions they
