@@ -111,7 +111,8 @@ def label_of(u: Any, field: Any, label: str | None, options: AxisOptions) -> str
 def gather_frame(contact: Contact, field: Any, options: AxisOptions) -> Frame | None:
     """Gather what a picture shows on rank 0; None elsewhere. Collective."""
     parts = parts_of(contact.u)
-    comm, dim = contact.layout.comm, contact.u.function_space.mesh.geometry.dim
+    comm: Any = contact.layout.comm
+    dim = contact.u.function_space.mesh.geometry.dim
     given = list(field) if isinstance(field, (list, tuple)) else [field]
     shown = [
         _nodal(u if one is None else one, u.function_space.mesh)
