@@ -44,7 +44,7 @@ from .system.kept_forms import keeper
 from .tie import Tie
 
 if TYPE_CHECKING:
-    from . import dynamics
+    from . import adjoint, dynamics
     from .field_problem import FieldProblem
     from .flux import Flux, FluxRates
     from .plotting.movie import Movie
@@ -115,6 +115,7 @@ __all__ = [
     "ToolField",
     "Tresca",
     "Wear",
+    "adjoint",
     "dynamics",
     "io",
     "plot",
@@ -133,8 +134,8 @@ def __getattr__(name: str) -> Any:
     if name in _MOVED:
         warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
         return globals()[_MOVED[name]]
-    if name == "dynamics":
-        return import_module(".dynamics", __name__)
+    if name in ("adjoint", "dynamics"):
+        return import_module(f".{name}", __name__)
     if name not in _ON_DEMAND:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f".{_ON_DEMAND[name]}", __name__), name)
