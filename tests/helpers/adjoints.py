@@ -14,8 +14,8 @@ from problems import COMM, fix
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, compat
-from raymortar import rigid
+from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, rigid
+from raymortar.core import compat
 
 NU, GAMMA = 0.3, 60.0
 TIGHT = {"snes_rtol": 1e-14, "snes_atol": 1e-12, "snes_stol": 0.0, "snes_max_it": 60}

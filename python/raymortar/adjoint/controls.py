@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 
-from ..compat import Array
-from ..errors import ContactError
+from ..core.compat import Array
+from ..core.errors import ContactError
 from .forms import by_constant, by_function, has
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .. import compat
-from ..compat import Array
+from ..core import compat
+from ..core.compat import Array
 
 
 def values_of_adjoint(problem: Any, lam: Any) -> list[Any]:

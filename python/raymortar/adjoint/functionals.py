@@ -12,9 +12,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .. import compat
-from ..contact import Contact
-from ..errors import ContactError, is_whole_number, of_type
+from ..core import compat
+from ..core.contact import Contact
+from ..core.errors import ContactError, is_whole_number, of_type
 from .forms import by_function
 from .linear import Linearised
 

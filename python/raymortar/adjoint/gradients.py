@@ -8,11 +8,11 @@ from weakref import WeakSet
 
 from petsc4py import PETSc
 
-from ..compat import Array
-from ..condensed import CondensedProblem
-from ..discretization.ranks import destroy
-from ..errors import ContactError, SetUpError, require_agreement, together, warn
-from ..problem import CoupledProblem
+from ..condensed.condensed_problem import CondensedProblem
+from ..core.compat import Array
+from ..core.discretization.ranks import destroy
+from ..core.errors import ContactError, SetUpError, require_agreement, together, warn
+from ..core.problem import CoupledProblem
 from .controls import Control, as_control
 from .forms import actions, all_forms, values_of_adjoint
 from .functionals import Functional, as_functional

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Mask
-from ..interface.point_results import CLOSED, OPEN
-from ..options.friction import Coulomb
+from ..core.compat import Mask
+from ..core.interface.point_results import CLOSED, OPEN
+from ..core.options.friction import Coulomb
 
 # Distance from a change of status that counts as none, over the largest traction
 NEAR = 1e-8

@@ -8,8 +8,8 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..discretization.ranks import destroy
-from ..errors import SetUpError, raise_everywhere
+from ..core.discretization.ranks import destroy
+from ..core.errors import SetUpError, raise_everywhere
 
 # Residual over the forces in balance from which on a state has not converged
 NOT_CONVERGED = 1e-4

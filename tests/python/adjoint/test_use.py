@@ -20,8 +20,8 @@ from raymortar import (
     Penalty,
     SetUpError,
     adjoint,
-    compat,
 )
+from raymortar.core import compat
 
 
 @pytest.mark.parametrize("name, size", [("modulus", 2.0), ("load", 1.0)])
