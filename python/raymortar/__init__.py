@@ -44,7 +44,7 @@ from .solvers.kept_forms import keeper
 from .ties.tie import Tie
 
 if TYPE_CHECKING:
-    from . import dynamics
+    from . import adjoint, dynamics
     from .fluxes.field_problem import FieldProblem
     from .fluxes.field_tie import FieldTie
     from .fluxes.flux import Flux, FluxRates
@@ -115,6 +115,7 @@ __all__ = [
     "ToolField",
     "Tresca",
     "Wear",
+    "adjoint",
     "dynamics",
     "io",
     "plot",
@@ -140,8 +141,8 @@ def __getattr__(name: str) -> Any:
             f"raymortar.{name} is {place} now", DeprecationWarning, stacklevel=2
         )
         return import_module(place)
-    if name == "dynamics":
-        return import_module(".dynamics", __name__)
+    if name in ("adjoint", "dynamics"):
+        return import_module(f".{name}", __name__)
     if name not in _ON_DEMAND:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(import_module(f".{_ON_DEMAND[name]}", __name__), name)

@@ -1,0 +1,96 @@
+"""What functionals are differentiated by: coefficients of forms."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+
+from ..core.compat import Array
+from ..core.errors import ContactError
+from .forms import by_constant, by_function, has
+
+
+class Control(ABC):
+    """A parameter. Derivatives of several steps are added up in `start`'s arrays."""
+
+    def require_in(self, forms: Sequence[Any]) -> None:
+        """Raise unless it is in one of the forms, if it should be."""
+
+    @abstractmethod
+    def start(self, problem: Any) -> Array:
+        """Check that the problem has it; its derivative before any step: zeros."""
+
+    def by_forms(self, forms: Sequence[Any], signs: Sequence[float]) -> Array | float:
+        """Derivative of some functionals in UFL, times a sign each. Collective."""
+        return 0.0
+
+    def result(self, found: Array) -> Any:
+        """What the user gets of the whole derivative."""
+        return found
+
+
+class OfForm(Control):
+    """A Constant or a Function that is a coefficient of the forms."""
+
+    def __init__(self, given: Any) -> None:
+        self._given, self._is_function = given, isinstance(given, fem.Function)
+
+    def require_in(self, forms: Sequence[Any]) -> None:
+        if not any(has(form, self._given) for form in forms):
+            name = self._given.name if self._is_function else "a Constant"
+            raise ContactError(
+                f"controls: {name} is neither in the forms of the problem nor in J"
+            )
+
+    def start(self, problem: Any) -> Array:
+        given, unknowns = self._given, problem.contact.unknowns
+        if any(given is f for f in unknowns.functions):
+            raise ContactError(f"controls: {given.name} is an unknown of the problem")
+        if self._is_function:
+            return np.zeros(len(given.x.array))
+        meshes = [f.function_space.mesh for f in unknowns.functions]
+        fits = [m for m in meshes if m.ufl_domain() == given.ufl_domain()]
+        if not fits:
+            raise ContactError(
+                "controls: a Constant is on a mesh that no unknown of the problem is on"
+            )
+        self._mesh = fits[0]
+        return np.zeros(given.ufl_shape)
+
+    def by_forms(self, forms: Sequence[Any], signs: Sequence[float]) -> Array | float:
+        found: Array | float = 0.0
+        for form, sign in zip(forms, signs):
+            if not has(form, self._given):
+                continue
+            if self._is_function:
+                found = found + sign * by_function(form, self._given)
+            else:
+                found = found + sign * by_constant(form, self._given, self._mesh)
+        return found
+
+    def result(self, found: Array) -> Any:
+        if not self._is_function:
+            return float(found) if found.ndim == 0 else found
+        return function_of(self._given.function_space, found)
+
+
+def function_of(V: Any, values: Array) -> Any:
+    """A Function with given values of its dofs."""
+    f = fem.Function(V, name="gradient")
+    f.x.array[:] = values
+    return f
+
+
+def as_control(given: Any) -> Control:
+    """A control of anything that may be one."""
+    if isinstance(given, Control):
+        return given
+    if isinstance(given, (fem.Constant, fem.Function)):
+        return OfForm(given)
+    raise ContactError(
+        f"controls must be Constants and Functions of the forms, not {given!r}"
+    )

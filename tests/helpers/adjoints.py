@@ -1,0 +1,210 @@
+"""Scenes whose parameters may be changed, for derivatives by them and differences."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import boxes
+import numpy as np
+import ufl
+from dolfinx import fem
+from materials import MATERIALS, lame
+from problems import COMM, fix
+
+import raymortar
+from meshes.scenes import two_blocks
+from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, rigid
+from raymortar.core import compat
+
+NU, GAMMA = 0.3, 60.0
+TIGHT = {"snes_rtol": 1e-14, "snes_atol": 1e-12, "snes_stol": 0.0, "snes_max_it": 60}
+METHODS = {
+    "points": AugmentedLagrangian(GAMMA),
+    "vector": AugmentedLagrangian(GAMMA, multiplier="vector"),
+    "nodes": AugmentedLagrangian(GAMMA, condition="nodes"),
+    "dual": AugmentedLagrangian(GAMMA, condition="nodes", multiplier="dual"),
+    "penalty": Penalty(GAMMA),
+    "rate": Penalty(GAMMA, tangential="rate"),
+}
+
+
+@dataclass
+class Parameters:
+    """Numbers by which a scene is scaled, and what it is differentiated by."""
+
+    modulus: float = 0.0  # times a field
+    load: float = 0.0
+    offset: float = 0.0  # times a field
+    friction: float = 0.0
+    radius: float = 0.0
+    place: Any = (0.0, 0.0, 0.0)
+    shape: float = 0.0  # times a field of displacements of the mesh
+
+    def changed(self, name, by):
+        """The same with another number."""
+        given = {**self.__dict__}
+        given[name] = np.add(given[name], by) if name == "place" else given[name] + by
+        return Parameters(**given)
+
+
+def stiffness_field(x):
+    """Field of relative changes of the modulus."""
+    return 1.0 + 0.5 * np.sin(3.0 * x[0]) * x[1]
+
+
+def offset_field(x):
+    """Field of offsets. Length."""
+    return 1.0 + 0.4 * np.cos(4.0 * x[0])
+
+
+def shape_field(x):
+    """Displacements of the mesh's nodes, (3, n) to (d, n)."""
+    return np.array(
+        [
+            np.sin(2.0 * x[0]) * (0.3 + x[1]) + 0.2 * x[1] ** 2,
+            np.cos(1.5 * x[0]) * x[1] + 0.1 * x[0],
+            0.3 * np.sin(x[0] + x[1]) * (1.0 + x[2]),
+        ]
+    )
+
+
+@dataclass
+class Scene:
+    """A problem with its controls."""
+
+    problem: Any
+    contact: Any
+    u: Any
+    E: Any
+    load: Any
+    motion: Any
+    body: Any = None
+    moved: Any = None  # the field of shape_field, in the space of coordinates
+    keep: list = field(default_factory=list)
+
+    def solve(self, *path):
+        """Solve the steps of a path of motions, of which the last is not accepted."""
+        for k, motion in enumerate(path):
+            if k:
+                self.contact.advance()
+            if self.body is None:
+                self.motion.value[:] = motion
+            else:
+                self.body.move(motion)
+            self.problem.solve()
+
+    @property
+    def functional(self):
+        """Of the displacement, the modulus and the load."""
+        x = ufl.SpatialCoordinate(self.u.function_space.mesh)
+        dx = ufl.dx(metadata={"quadrature_degree": 4})
+        return (
+            ufl.inner(self.u, self.u) * (1 + x[0]) + self.E * self.u[0] ** 2
+        ) * dx + self.u[1] * dx
+
+    def directions(self):
+        """By parameter: the control, and the direction of its change."""
+        return {
+            "modulus": (self.E, stiffness_field),
+            "load": (self.load, np.eye(len(self.load.value))[-1]),
+        }
+
+
+def along(gradient, direction):
+    """Derivative along a direction, from that by all dofs or components."""
+    if not isinstance(gradient, fem.Function):
+        return float(np.sum(np.asarray(gradient) * direction))
+    V = gradient.function_space
+    d = fem.Function(V)
+    if isinstance(direction, fem.Function):
+        d.x.array[:] = direction.x.array
+    else:
+        d.interpolate(direction)
+    own = V.dofmap.index_map.size_local * V.dofmap.index_map_bs
+    return COMM.allreduce(float(gradient.x.array[:own] @ d.x.array[:own]))
+
+
+def move_nodes(mesh, by):
+    """Move the nodes of a mesh along `shape_field`; return this as a Function."""
+    V = compat.vector_space(mesh, compat.geometry_degree(mesh))
+    field = fem.Function(V)
+    dim = mesh.geometry.dim
+    field.interpolate(lambda x: shape_field(x)[:dim])
+    mesh.geometry.x[:, :dim] += by * shape_field(mesh.geometry.x.T)[:dim].T
+    return field
+
+
+def blocks(
+    cell="triangle", method="points", mu=None, p=None, n=(5, 4), degree=1, **more
+):
+    """A narrow block with a round bottom that is pressed on another."""
+    p = p or Parameters()
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
+    scene = two_blocks(
+        COMM, dim, cell, n[0], n[1], lower_size=(1.4, 1.0, 0.6)[: dim - 1] + (0.7,),
+        upper_size=(0.9, 0.8, 0.6)[: dim - 1] + (0.6,), perturb=0.1,
+    )  # fmt: skip
+    mesh = scene.mesh
+    moved = move_nodes(mesh, p.shape)
+    V = compat.vector_space(mesh, degree)
+    u = fem.Function(V)
+    friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
+    # Round: the offset is a clearance towards both ends
+    more.setdefault("quadrature_degree", 4)
+    contact = Contact(
+        u, scene.facet_tags, [(3, 4)], METHODS[method], friction,
+        offset=lambda x: 0.06 * (x[0] - 0.72) ** 2 + p.offset * offset_field(x), **more,
+    )  # fmt: skip
+    E, load, residual = elastic(V, u, p)
+    motion = fem.Constant(mesh, np.zeros(dim))
+    bcs = [fix(V, scene, "bottom"), fix(V, scene, "top", value=motion)]
+    problem = NonlinearProblem(residual, contact, bcs, petsc_options=TIGHT)
+    return Scene(problem, contact, u, E, load, motion, moved=moved)
+
+
+def elastic(V, u, p):
+    """Modulus, load and residual of a block."""
+    mesh = V.mesh
+    dim = mesh.geometry.dim
+    E = fem.Function(compat.space(mesh, "DG", 0), name="modulus")
+    E.interpolate(lambda x: 40.0 + p.modulus * stiffness_field(x))
+    load = fem.Constant(mesh, np.array([0.3, -1.0 + p.load]) if dim == 2 else
+                        np.array([0.3, 0.1, -1.0 + p.load]))  # fmt: skip
+    dx = ufl.dx(metadata={"quadrature_degree": 2 * compat.element_info(V).degree})
+    v = ufl.TestFunction(V)
+    P = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(E, NU))
+    return E, load, (ufl.inner(P, ufl.grad(v)) - ufl.inner(load, v)) * dx
+
+
+def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, degree=1,
+         **more):  # fmt: skip
+    """A block below a round tool that is led."""
+    p = p or Parameters()
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
+    mesh = boxes.box(cell, n)
+    tags = boxes.tag_sides(mesh, (dim - 1, 1.0), (dim - 1, 0.0))
+    moved = move_nodes(mesh, p.shape)
+    V = compat.vector_space(mesh, degree)
+    u = fem.Function(V)
+    place, radius = np.array(p.place)[:dim], 0.5 + p.radius
+    if dim == 2:
+        made = rigid.Circle(np.array([0.44, 1.5]) + place, radius)
+    elif shape == "cylinder":
+        made = rigid.Cylinder(
+            np.array([0.5, 0.47, 1.5]) + place, (1.0, 0.2, 0.05), radius
+        )
+    else:
+        made = rigid.Sphere(np.array([0.44, 0.47, 1.5]) + place, radius)
+    body = rigid.Body(made if shape in (None, "cylinder") else shape(p))
+    friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
+    contact = Contact(
+        u, tags, [(1, body)], METHODS[method], friction,
+        offset=lambda x: p.offset * offset_field(x), **more,
+    )  # fmt: skip
+    E, load, residual = elastic(V, u, p)
+    held = fem.locate_dofs_topological(V, dim - 1, tags.find(2))
+    base = fem.Constant(mesh, np.zeros(dim))
+    bcs = [fem.dirichletbc(base, held, V)]
+    problem = NonlinearProblem(residual, contact, bcs, petsc_options=TIGHT)
+    return Scene(problem, contact, u, E, load, base, body, moved)
