@@ -36,6 +36,7 @@ from .load_path import (
 from .memory import memory_of
 from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
+from .speaker import Speaker
 from .stabilization import Stabilization
 from .strategies import Strategies
 
@@ -85,7 +86,7 @@ class LoadSteps:
         far, points in contact, smallest gap, largest pressure. On a terminal each step
         rewrites the line, which is off while the caller works on the step. In a log
         each step has a separate line, and so has each other way that is tried, and each
-        halving. None: on standard error if that is a terminal (under ``mpirun`` it is
+        halving. A step that takes long says every 10 s how far it is. None: on standard error if that is a terminal (under ``mpirun`` it is
         none). True: on standard error. False: nothing. A file that is open for writing:
         there. Rank 0 decides and writes.
     history
@@ -131,7 +132,7 @@ class LoadSteps:
     >>> def apply(t):
     ...     top.value[:] = (0.0, -0.2 * t)
     >>> for step in LoadSteps(solver, apply, steps=5):
-    ...     print(step.factor, step.iterations)
+    ...     print(step.factor, step.iterations, step.tangents)
     """
 
     def __init__(
@@ -238,6 +239,7 @@ class LoadSteps:
         self._warn_of_velocities()
         masters, doubts = MastersOnPath(contact), Doubts(problem)
         snapped, effort = False, Effort(problem)
+        speaker = Speaker(problem, progress, lambda: ways.present)
         masters.look()
         if self.history is not None:
             self.history.require_columns()
@@ -252,7 +254,8 @@ class LoadSteps:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
             try:
-                iterations = self._solve(ways, before, last)
+                with speaker.during():
+                    iterations = self._solve(ways, before, last)
                 doubts.require_gradual()
             except FAILURES as failure:
                 left = isinstance(failure, BodyLeft)
