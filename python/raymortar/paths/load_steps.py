@@ -381,7 +381,7 @@ class LoadSteps:
         if contact.layout.bodies:
             contact.update()
             texts += contact.system.free_bodies.rubbed()
-        texts += more
+        texts[:0] = more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
             if self.control is None:

@@ -345,6 +345,9 @@ class Strategies:
 
     def accepted(self, begin: State) -> None:
         """Note that the step is accepted which began at a state."""
+        viscous = self._asked_for or self.__dict__.get("_viscous")
+        if viscous:
+            viscous.accepted()
         if self._prediction:
             self._prediction.accepted(begin, self.used == VISCOUS)
 
