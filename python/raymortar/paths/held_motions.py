@@ -31,9 +31,9 @@ IDLE = 1e-3
 # Share of a body's forces up to which a motion that does not end is held all the same
 DRIVEN = 1e-2
 
-# Forces that hold such a motion act in one cell, as a share of its stiffness, and the
-# largest number of motions that are held at once
-HOLDS, MOST_HELD = 0.1, 6
+# Forces that hold such a motion act in one cell, as a share of its stiffness: at first,
+# and while they let go of what else has moved. Largest number of motions held at once
+HOLDS, YIELDS, MOST_HELD = 0.1, 0.01, 6
 
 # Largest motion in the last solve, without viscous forces, as a share of the limit: a
 # body that moves further is held by nothing. And in a linear step, of a motion that
@@ -166,12 +166,14 @@ class HeldMotions:
         if words not in self._words:
             self._words.append(words)
 
-    def _under_hold(self, solve: Callable[[], int], farthest: float) -> int | None:
+    def _under_hold(
+        self, solve: Callable[[], int], farthest: float, scale: float = HOLDS
+    ) -> int | None:
         """Solve with motions held, and with further ones that take off then; return None
         if that fails or moves a loose body too far."""
         for _ in range(MOST_HELD):
             begin = self._contact.state()
-            with self._viscosity.acting(HOLDS, holds=True):
+            with self._viscosity.acting(scale, holds=True):
                 iterations = self._within(solve, farthest)
                 if iterations is not None:
                     return iterations
@@ -193,8 +195,9 @@ class HeldMotions:
         self.holds, last = True, None
         iterations = self._under_hold(solve, farthest or self._limit)
         if iterations is not None:
-            iterations += self._relaxed()
-            if self._is_driven():
+            more, is_driven = self._relaxed()
+            iterations += more
+            if is_driven:
                 last = self._within(self._plain, self._limit)
             else:
                 if not self._without_it.rests():
@@ -206,21 +209,21 @@ class HeldMotions:
         self.holds, self.share = False, 0.0
         return None if iterations is None or last is None else iterations + last
 
-    def _relaxed(self) -> int:
-        """Solve on with motions held from where they are, as long as that takes forces
-        off what holds them: it resists a body that is pressed, too. Return the iterations
-        more."""
+    def _relaxed(self) -> tuple[int, bool]:
+        """Solve on with motions held from where they are, as long as that halves what
+        holds them: it resists what the load does, too. Return the iterations more, and
+        whether the motions are driven. Collective."""
         iterations, last = 0, np.inf
         work, self.share = self._viscosity.measure()
-        while IDLE < self.share <= GAIN * last:
+        while (is_driven := self._is_driven()) and self.share <= GAIN * last:
             self.work, last = self.work + work, self.share
-            more = self._under_hold(self._plain, self._limit)
+            more = self._under_hold(self._plain, self._limit, YIELDS)
             if more is None:
                 break
             iterations += more
             work, self.share = self._viscosity.measure()
         self.work += work
-        return iterations
+        return iterations, is_driven
 
     def _is_driven(self) -> bool:
         """Whether more than noise, or than may be, drives the motion that is held. Where
