@@ -30,6 +30,7 @@ from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from ..results.sums import Resultant
 from ..solvers.solver import require_problem
+from ..interface import looking
 from ..state import Quantity
 from .patch_columns import (
     BodyColumns,
@@ -312,8 +313,9 @@ class History:
             row = numbers(
                 {"time": time, "iterations": iterations, "halvings": halvings}
             )
-        for names, values in self._sources:
-            row |= zip(names, np.atleast_1d(values()).tolist())
+        with looking.at(self.problem.contact.zones):
+            for names, values in self._sources:
+                row |= zip(names, np.atleast_1d(values()).tolist())
         row = self._scaled(row, self.symmetry)
         more = {name: number() for name, number in self._more.items()}
         with together(self._comm):

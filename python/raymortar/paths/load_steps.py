@@ -20,6 +20,7 @@ from ..errors import (
     together,
     warn,
 )
+from ..interface import looking
 from ..state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
@@ -256,7 +257,9 @@ class LoadSteps:
             try:
                 with speaker.during():
                     iterations = self._solve(ways, before, last)
-                doubts.require_gradual()
+                with looking.at(contact.zones):
+                    self._require_contact()
+                    doubts.require_gradual()
             except FAILURES as failure:
                 left = isinstance(failure, BodyLeft)
                 if isinstance(failure, SetUpError) and not left:
@@ -270,8 +273,9 @@ class LoadSteps:
                 continue
             self._reached()
             problem.evaluate()
-            masters.look()
-            found = doubts.look()
+            with looking.at(contact.zones):
+                masters.look()
+                found = doubts.look()
             balance = ways.balance
             released = None if balance is None else balance.released
             if balance is not None and balance.has_snapped and not snapped:
@@ -360,11 +364,13 @@ class LoadSteps:
         use = {"automatic": self.strategy == "auto", "led": path.led_weights}
         use |= {"controlled": self.control is not None, "steps": True}
         with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
-            iterations = ways.solve(now, last, path.sizes.ratio)
+            return ways.solve(now, last, path.sizes.ratio)
+
+    def _require_contact(self) -> None:
+        """Refuse a solved step that has lost contact. Collective."""
         loss = self._loss()
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
-        return iterations
 
     def _loss(self) -> str | None:
         """Tell how the solved step has lost contact, if so. Collective."""
