@@ -148,6 +148,8 @@ class ZoneData:
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with
     # facets. See `diagnose.missed`
     met: set[int] = field(default_factory=set)
+    # Whether the undeformed surface goes on flat around each slave facet; None: not asked
+    inside_flats: Mask | None = None
     # Points of a state that several look at, see `looking.at`; None: each finds them
     kept_points: dict[str, Array] | None = None
 
