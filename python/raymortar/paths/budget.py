@@ -30,4 +30,4 @@ class Budget:
     @property
     def is_spent(self) -> bool:
         """Whether there has been no gain for too long."""
-        return self._problem.tangents - self._begun > MOST_IDLE
+        return self._problem.tangents - self._begun >= MOST_IDLE

@@ -77,8 +77,9 @@ class HeldMotions:
         self._may_drive, self._drives = 0.0, Budget(problem)
         self._rest: tuple[float, State, Array] | None = None
         self._words: list[str] = []  # motions that are held
-        # Motions of bodies, and change of the displacement, in a linear step that has
-        # moved a loose body far
+        # Motions of bodies, and change of the displacement, in the last solve under viscous
+        # forces, and in a linear step that has moved a loose body far
+        self._moving = np.zeros(groups.bodies), np.zeros(problem.contact.layout.n_u)
         self._free: tuple[Array, Array] | None = None
 
     def begin(self) -> None:
@@ -241,7 +242,7 @@ class HeldMotions:
     def give_in(self, share: float) -> int:
         """Hold a motion that has not ended where it was driven least; where more drives
         it, say which body nothing stops, and end the step."""
-        problem, change = self._problem, self._viscosity.change()
+        problem, (motions, change) = self._problem, self._moving
         if self._rest is not None:
             drive, state, held = self._rest
             self._may_drive = DRIVEN
@@ -252,7 +253,6 @@ class HeldMotions:
             if iterations is not None:
                 self._say(f"{drive:.2g} of its forces drive that, nothing resists it")
                 return iterations
-        motions, _ = self._motions()
         self.is_lost = self.has_loose
         body = int(np.where(self._loose | ~self.is_lost, motions, 0.0).argmax())
         self.gave_up = (

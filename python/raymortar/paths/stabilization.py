@@ -95,7 +95,8 @@ class Stabilization(HeldMotions):
             iterations += more
             done, share = self._viscosity.measure()
             work += done
-            last, (_, loose) = None, self._motions()
+            last, (motions, loose) = None, self._motions()
+            self._moving = motions, self._viscosity.change()
             in_flight = self.has_loose and not self._contact.statistics.active_points
             if in_flight:
                 self._fading.begin()
