@@ -100,14 +100,16 @@ class Stabilization(HeldMotions):
             in_flight = self.has_loose and not self._contact.statistics.active_points
             if in_flight:
                 self._fading.begin()
-            # Supports end a motion: there forces may fade, whatever they carry
-            self._fading.note(share if self.has_loose else min(share, scale))
+            self._fading.note(share)
             if share <= NEARLY:
                 last = self._without()
                 may_hold = last is None and self._free is not None
                 if may_hold and not self._no_hold.rests():
                     last = self._hold(SETTLED * self._limit)
-            if last is None and (self._fading.is_spent or self.goes_on):
+            # A user who asks for the forces lets bodies fall and roll far
+            stalls = self._fading.is_spent and not self.is_asked_for
+            stalls &= self.has_loose
+            if last is None and (stalls or self.goes_on):
                 last = self.give_in(share)
             if last is not None or share <= REST:
                 self.work += work
