@@ -1,6 +1,7 @@
 #include "bind.h"
 #include "raymortar/fem/assembly.h"
 #include "raymortar/fem/pattern.h"
+#include "raymortar/fem/set_pattern.h"
 #include "structs.h"
 
 namespace raymortar::bindings
@@ -63,6 +64,13 @@ void bind_assembly(py::module_& m)
                           Field{"master", &FieldRows::master},
                           Field{"per_slave", &FieldRows::per_slave},
                           Field{"per_master", &FieldRows::per_master});
+  m.def("set_pattern",
+        [](std::uintptr_t A, const Array<std::int32_t>& offsets,
+           const Array<std::int32_t>& columns)
+        {
+          set_pattern(from_handle<PetscMatrix>(A), to_span(offsets),
+                      to_span(columns));
+        });
   m.def("preallocate", &preallocate_zones, py::arg("A"), py::arg("offsets"),
         py::arg("columns"), py::arg("zones"), py::arg("patterns"),
         py::arg("fields") = std::vector<FieldRows>());

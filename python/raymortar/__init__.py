@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from .plotting.movie import Movie
     from .plotting.picture import plot
     from .system.tool_part import ToolField
-    from .tie import FieldTie
+    from .field_tie import FieldTie
     from .wear import Archard, Wear
 
 # What the package adds to its core
@@ -66,7 +66,7 @@ hooks.as_target, hooks.curve = as_body, curve
 _ON_DEMAND = {
     "Archard": "wear",
     "FieldProblem": "field_problem",
-    "FieldTie": "tie",
+    "FieldTie": "field_tie",
     "Flux": "flux",
     "FluxRates": "flux",
     "Movie": "plotting.movie",

@@ -379,6 +379,7 @@ def find_candidates(
 def shape_functions(
     shape: Shape, degree: int, points: _Reals
 ) -> tuple[_Reals, _Reals]: ...
+def set_pattern(A: int, offsets: _Indices, columns: _Indices) -> None: ...
 def preallocate(
     A: int,
     offsets: _Indices,

@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from . import _cpp
 from .compat import Array
 from .contact import Contact
 from .discretization.ranks import destroy
@@ -150,11 +151,11 @@ class CondensedProblem:
         destroy(self._newton.by_x)
         self._newton = Newton(self._lam, now, self._change, by_x, share)
         self._at = None  # the tangent of contact has become that of all
-        self._give(found, A)
-        found.destroy()
         before = A.getAttr(ELIMINATED)
         if before is not None:
             before.spread.destroy()
+        self._give(found, A)
+        found.destroy()
         A.setAttr(ELIMINATED, eliminated)
 
     def _evaluate(self, x: Array) -> None:
@@ -255,17 +256,16 @@ class CondensedProblem:
     def _give(self, found: PETSc.Mat, A: PETSc.Mat) -> None:
         """Copy a tangent into a matrix, which gets its pattern where it has another.
         Collective."""
-        begin, columns, values = found.getValuesCSR()
+        begin, columns, _ = found.getValuesCSR()
         # The matrix carries it: another one may later lie at the same address
         pattern = A.getAttr(_PATTERN)
         same = pattern is not None and all(
             map(np.array_equal, pattern, (begin, columns))
         )
-        if self.comm.allreduce(same, op=MPI.LAND):
-            found.copy(A, _SAME)
-            return
-        A.setPreallocationCSR((begin, columns, values))
-        A.setAttr(_PATTERN, (begin, columns))
+        if not self.comm.allreduce(same, op=MPI.LAND):
+            _cpp.set_pattern(A.handle, begin, columns)
+            A.setAttr(_PATTERN, (begin, columns))
+        found.copy(A, _SAME)
 
     # Results
 

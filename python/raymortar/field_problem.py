@@ -30,7 +30,7 @@ from .solvers.petsc_objects import PetscOptions, new_prefix, reason_in_words
 from .system.fluxes import FluxTerms
 from .system.volume import Forms
 from .terms import apart, require_apart
-from .tie import FieldTie
+from .field_tie import FieldTie
 
 # Defaults of PETSc's options
 OPTIONS = {

@@ -2,6 +2,7 @@
 #include "raymortar/core/sorted.h"
 #include "raymortar/element/free_tools.h"
 #include "raymortar/fem/rows.h"
+#include "raymortar/fem/set_pattern.h"
 #include <algorithm>
 #include <numeric>
 
@@ -373,45 +374,6 @@ void Pattern::extend_couplings(const Surface& master, std::vector<Coupling> now)
   sort_unique(_couplings);
 }
 
-namespace
-{
-/// Give A the inside of a matrix that has never been preallocated, and keep
-/// what the user sees of it.
-///
-/// A second preallocation leaves PETSc's inverses of diagonal blocks (of
-/// MatSOR) as long as the first pattern's blocks were, and writes past their
-/// end where blocks have grown.
-void start_anew(PetscMatrix A)
-{
-  PetscMatrix fresh = nullptr;
-  check(MatCreate(PetscObjectComm(reinterpret_cast<PetscObject>(A)), &fresh),
-        "MatCreate");
-  PetscInt rows = 0, columns = 0;
-  check(MatGetLocalSize(A, &rows, &columns), "MatGetLocalSize");
-  check(MatSetSizes(fresh, rows, columns, PETSC_DETERMINE, PETSC_DETERMINE),
-        "MatSetSizes");
-  check(MatSetBlockSizesFromMats(fresh, A, A), "MatSetBlockSizesFromMats");
-  MatType type = nullptr;
-  check(MatGetType(A, &type), "MatGetType");
-  check(MatSetType(fresh, type), "MatSetType");
-  ISLocalToGlobalMapping row_map = nullptr, column_map = nullptr;
-  check(MatGetLocalToGlobalMapping(A, &row_map, &column_map),
-        "MatGetLocalToGlobalMapping");
-  if (row_map and column_map)
-    check(MatSetLocalToGlobalMapping(fresh, row_map, column_map),
-          "MatSetLocalToGlobalMapping");
-  const char* prefix = nullptr;
-  check(MatGetOptionsPrefix(A, &prefix), "MatGetOptionsPrefix");
-  check(MatSetOptionsPrefix(fresh, prefix), "MatSetOptionsPrefix");
-  MatNullSpace null = nullptr, near = nullptr;
-  check(MatGetNullSpace(A, &null), "MatGetNullSpace");
-  check(MatSetNullSpace(fresh, null), "MatSetNullSpace");
-  check(MatGetNearNullSpace(A, &near), "MatGetNearNullSpace");
-  check(MatSetNearNullSpace(fresh, near), "MatSetNearNullSpace");
-  check(MatHeaderReplace(A, &fresh), "MatHeaderReplace");
-}
-} // namespace
-
 void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
                  std::span<const std::int32_t> columns,
                  std::span<const Zone* const> zones,
@@ -432,17 +394,7 @@ void preallocate(PetscMatrix A, std::span<const std::int32_t> offsets,
       owned_extras(comm, contact_rows(zones, patterns, fields), ranges);
   const CompressedRows rows =
       merged_rows(offsets, columns, extras, ranges[rank]);
-  PetscBool used = PETSC_FALSE;
-  check(MatAssembled(A, &used), "MatAssembled");
-  if (used == PETSC_TRUE)
-    start_anew(A);
-  // Only the call for A's own type has an effect
-  check(MatSeqAIJSetPreallocationCSR(A, rows.offsets.data(),
-                                     rows.columns.data(), nullptr),
-        "MatSeqAIJSetPreallocationCSR");
-  check(MatMPIAIJSetPreallocationCSR(A, rows.offsets.data(),
-                                     rows.columns.data(), nullptr),
-        "MatMPIAIJSetPreallocationCSR");
+  set_pattern(A, rows.offsets, rows.columns);
   check(MatSetOption(A, MAT_NEW_NONZERO_LOCATION_ERR, PETSC_TRUE),
         "MatSetOption");
 }

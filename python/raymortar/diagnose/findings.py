@@ -13,14 +13,9 @@ from ..interaction import Interaction
 from ..interface.pairs import in_other_order
 from ..interface.point_results import CLOSED, Status
 from ..interface.slave_nodes import are_inside_flats
-from ..interface.stiffness import (
-    NO_PRESSURE,
-    mean_facet_size,
-    rounding_force,
-    stiffness_ratios,
-)
+from ..interface.stiffness import NO_PRESSURE, rounding_force, stiffness_ratios
 from ..interface.straight_facets import ALLOWED, CURVED
-from ..interface.zone_data import ZoneData
+from ..interface.zone_data import ZoneData, mean_facet_size
 from ..options.methods import AugmentedLagrangian, Penalty
 from ..problem import CoupledProblem
 from ..rigid.body import Body

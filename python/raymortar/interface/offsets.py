@@ -20,8 +20,7 @@ from ..discretization.thickness import Cells, thickness_behind
 from ..errors import ContactError, positive, require_agreement, together, warn
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
-from .stiffness import mean_facet_size
-from .zone_data import ZoneData
+from .zone_data import ZoneData, mean_facet_size
 
 # Share of an interference that counts as rounding error
 _ROUNDING = 1e-6

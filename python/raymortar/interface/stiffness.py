@@ -28,7 +28,7 @@ from .coefficients import Interfaces, Measure
 from .contact_surfaces import ContactSurfaces
 from .probing import VolumePattern, deviators, stiffness_without_bulk
 from .surface_compliance import SurfaceCompliance
-from .zone_data import ZoneData
+from .zone_data import ZoneData, mean_facet_size
 
 # Ratio of (5.16) to (5.2) below which bodies bend (docs/measured/slip_fronts.md)
 BENDS = 0.015
@@ -204,14 +204,6 @@ def stiffness_ratios(
         return np.where(moves & np.isfinite(ratio), ratio, 0.0)
 
     return interfaces.tables(_of_sides(volume, interfaces, bcs), pair)
-
-
-def mean_facet_size(zones: Sequence[ZoneData]) -> float:
-    """Mean size of all slave facets. Length. Collective."""
-    sides = [zone.facets.slave_surface for zone in zones]
-    sizes = np.concatenate([surface_sizes(side) for side in sides])
-    area, facets = zones[0].comm.allreduce(np.array([sizes.sum(), len(sizes)]))
-    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))
 
 
 def rounding_force(zone: ZoneData, gamma: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,7 +22,7 @@ from ..discretization.facets import (
     units,
 )
 from ..discretization.ranks import index_among, of_all
-from ..discretization.surfaces import Surface
+from ..discretization.surfaces import Surface, surface_sizes
 from ..discretization.tagged import ZoneFacets
 from ..target import Motions, Target
 
@@ -389,3 +389,11 @@ class SpringPoints:
     facets by number."""
 
     zone: ZoneData
+
+
+def mean_facet_size(zones: Sequence[ZoneData]) -> float:
+    """Mean size of all slave facets. Length. Collective."""
+    sides = [zone.facets.slave_surface for zone in zones]
+    sizes = np.concatenate([surface_sizes(side) for side in sides])
+    area, facets = zones[0].comm.allreduce(np.array([sizes.sum(), len(sizes)]))
+    return float((area / facets) ** (1.0 / (sides[0].gdim - 1)))

@@ -10,7 +10,7 @@ import numpy as np
 from ..compat import Array
 from ..interface.point_results import OPEN, pressures
 from ..state import State
-from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import mean_facet_size
 from ..interface.zone_data import ZoneData
 from ..options.methods import Penalty
 from ..problem import CoupledProblem

@@ -30,12 +30,11 @@ from ..interface.stiffness import (
     BENDS,
     automatic_coefficients,
     contact_stiffness,
-    mean_facet_size,
     shear_moduli,
     soft_coefficients,
 )
 from ..interface.surface_compliance import SurfaceCompliance
-from ..interface.zone_data import on_sides
+from ..interface.zone_data import mean_facet_size, on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
 _numbers = itertools.count()

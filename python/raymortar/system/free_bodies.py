@@ -12,7 +12,7 @@ import numpy as np
 from ..compat import Array
 from ..errors import ConvergenceError, SetUpError, format_point, warn
 from ..interface.point_results import OPEN
-from ..interface.stiffness import mean_facet_size
+from ..interface.zone_data import mean_facet_size
 from ..interface.zone_data import ZoneData, positions
 from ..rigid.body import Body
 from .assembly import ContactAssembly

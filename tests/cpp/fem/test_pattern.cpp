@@ -323,6 +323,27 @@ Eigen::VectorXd relaxed(PetscMatrix A, PetscInt n)
   return found;
 }
 
+// By the nonzero state alone a solver finds out that its factors are of another
+// pattern. It has to grow with each pattern, and by no assembly between
+TEST(PreallocateOnRanks, EachPatternHasALaterState)
+{
+  const PetscInt n = 12;
+  const OwnedMatrix A(MPI_COMM_WORLD, n);
+  PetscObjectState before = 0;
+  for (const PetscInt group : {1, 2, 3, 2, 4, 1})
+  {
+    fill_groups(A.get(), n, group);
+    PetscObjectState now = 0, assembled = 0;
+    check(MatGetNonzeroState(A.get(), &now), "MatGetNonzeroState");
+    EXPECT_GT(now, before) << group;
+    check(MatZeroEntries(A.get()), "MatZeroEntries");
+    assemble(A.get());
+    check(MatGetNonzeroState(A.get(), &assembled), "MatGetNonzeroState");
+    EXPECT_EQ(assembled, now) << group;
+    before = now;
+  }
+}
+
 // PETSc keeps inverses of diagonal blocks, which grow here
 TEST(PreallocateOnRanks, SmoothersForgetTheFormerPattern)
 {
