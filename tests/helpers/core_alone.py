@@ -69,15 +69,17 @@ def stand_alone(package, is_core):
 
 def solve(friction):
     """Press one block of hexahedra onto another, on meshes of their own, and drag it."""
+    from mpi4py import MPI
+
     import numpy as np
     import ufl
     from dolfinx import fem, mesh
-    from mpi4py import MPI
-    from raymortar import compat
-    from raymortar.contact import Contact
-    from raymortar.options.friction import Coulomb
-    from raymortar.problem import CoupledProblem
-    from raymortar.solvers.newton import NewtonSolver
+
+    from raymortar.core import compat
+    from raymortar.core.contact import Contact
+    from raymortar.core.options.friction import Coulomb
+    from raymortar.core.problem import CoupledProblem
+    from raymortar.core.solvers.newton import NewtonSolver
 
     boxes = [
         ([[0, 0, 0], [1, 1, 0.5]], [4, 4, 2]),

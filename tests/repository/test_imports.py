@@ -28,7 +28,9 @@ print(dynamics.__name__, Flux.__module__, plot.__module__)
     out = subprocess.run(run, capture_output=True, text=True, check=True).stdout
     late, hooked, found = out.splitlines()
     assert not late and hooked == "True"
-    assert found == "raymortar.dynamics raymortar.flux raymortar.plotting.picture"
+    assert (
+        found == "raymortar.dynamics raymortar.fluxes.flux raymortar.plotting.picture"
+    )
 
 
 @pytest.mark.quick

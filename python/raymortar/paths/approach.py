@@ -8,12 +8,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..discretization.ranks import ends_of
-from ..discretization.surfaces import bodies_of_facets
-from ..errors import ConvergenceError
-from ..interaction import Interaction
-from ..interface.zone_data import ZoneData
+from ..core.compat import Array, Mask
+from ..core.discretization.ranks import ends_of
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.errors import ConvergenceError
+from ..core.interaction import Interaction
+from ..core.interface.zone_data import ZoneData
 
 
 class Approach:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..problem import CoupledProblem
+from ..core.problem import CoupledProblem
 
 # Tangents that a way may take without a gain, and the factor of what it makes small that
 # counts as one

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..interface.point_results import OPEN, pressures
-from ..state import State
-from ..interface.zone_data import mean_facet_size
-from ..interface.zone_data import ZoneData
-from ..options.methods import Penalty
-from ..problem import CoupledProblem
+from ..core.compat import Array
+from ..core.interface.point_results import OPEN, pressures
+from ..core.interface.zone_data import ZoneData, mean_facet_size
+from ..core.options.methods import Penalty
+from ..core.problem import CoupledProblem
+from ..core.state import State
 from ..results.sums import resultant_on, slip_work, work_on_gaps
 from .load_path import PrescribedPath
 from .patch_columns import rigid_bodies

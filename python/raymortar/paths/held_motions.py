@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
+from ..core.errors import ConvergenceError, warn
+from ..core.gamma.stiffness import mean_facet_size
+from ..core.solvers.solver import temporarily
+from ..core.state import State
 from ..diagnose.failure import attempt
 from ..diagnose.lost_contact import motion_in_words
-from ..errors import ConvergenceError, warn
-from ..interface.stiffness import mean_facet_size
-from ..solvers.solver import temporarily
-from ..state import State
 from .approach import Approach
 from .budget import GAIN, MOST_IDLE, Budget
 from .prediction import Backoff

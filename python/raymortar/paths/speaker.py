@@ -6,9 +6,9 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
 
+from ..core.problem import CoupledProblem
+from ..core.solvers.solver import temporarily
 from ..diagnose.lost_contact import largest_motions
-from ..problem import CoupledProblem
-from ..solvers.solver import temporarily
 from .output import Progress
 
 # Seconds from one line to the next

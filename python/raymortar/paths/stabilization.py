@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..core.errors import ConvergenceError, SetUpError
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import has_no_springs, touched
-from ..errors import ConvergenceError, SetUpError
 from .budget import Budget
 from .held_motions import SETTLED, HeldMotions
 

@@ -16,7 +16,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import warn
+from ..core.errors import warn
+from ..core.solvers.linear import direct, linear_options
+from ..core.solvers.petsc_objects import attach
 from .automatic import (
     MOST_DIRECT,
     MULTIGRIDS,
@@ -33,9 +35,7 @@ from .elimination import (
 )
 from .kept_factors import KeptFactorsSolver, kept_factors
 from .lagged_factors import LaggedFactorsSolver, lagged_factors
-from .linear import direct, linear_options
 from .levels import near_nullspace, rigid_motions
-from .petsc_objects import attach
 
 __all__ = [
     "BodiesPreconditioner",
