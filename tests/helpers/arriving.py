@@ -72,9 +72,10 @@ def loose_stack(fine=1, degree=1, gap=0.02, steps=4):
     )
 
 
-def free_disc(size=0.8, steps=10, walls=False):
+def free_disc(size=0.8, steps=10, walls=False, aside=0.0, friction=0.3):
     """A disc under its weight above a rigid line, on which it could roll until, if there
-    are walls, these grip it in the second half of the path."""
+    are walls, these grip it in the second half of the path. Its centre of mass is `aside`
+    of its middle."""
 
     def draw(occ):
         disc = occ.addDisk(0, RADIUS + FALL, 0, RADIUS, RADIUS)
@@ -86,6 +87,7 @@ def free_disc(size=0.8, steps=10, walls=False):
     weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
     stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(10.0, 0.3))
     density = weight / (np.pi * RADIUS**2)
+    density *= 1.0 + 4.0 * aside / RADIUS**2 * ufl.SpatialCoordinate(mesh.mesh)[0]
     form = (ufl.inner(stress, ufl.grad(v)) + density * v[1]) * ufl.dx
     floor, beside = rigid.Body(rigid.Line((0.0, 0.0), (0.0, 1.0))), 1.1 * RADIUS
     sides = [
@@ -96,7 +98,7 @@ def free_disc(size=0.8, steps=10, walls=False):
         u,
         mesh.facet_tags,
         [("rim", one) for one in (floor, *sides)],
-        friction=raymortar.Coulomb(0.3),
+        friction=raymortar.Coulomb(friction) if friction else None,
         names=mesh.names,
     )
     problem = raymortar.NonlinearProblem(form, contact)

@@ -22,7 +22,7 @@ from problems import COMM
 from slender import leaves
 
 import raymortar
-from raymortar import AugmentedLagrangian, ContactWarning
+from raymortar import AugmentedLagrangian, ContactWarning, ConvergenceError
 from raymortar.core.solvers.solver import MAX_IT
 from raymortar.paths.soft_stick import SoftStick
 
@@ -75,6 +75,51 @@ def test_a_free_disc_stays_where_it_lands():
     at, force = path.result()
     assert abs(at[0]) <= 0.05 * size and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
+
+
+@pytest.mark.mpi(where=lambda friction, **_: friction)
+@pytest.mark.parametrize("friction, aside", [(0.3, 0.05), (None, 0.03)])
+def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside):
+    """Its centre of mass is beside its middle by a hundredth of its radius: it would roll,
+    or slide and turn, by a quarter of a turn. Before, it crept for 569 tangents, or more.
+    """
+    pytest.importorskip("gmsh")
+    path = free_disc(1.0, 4, aside=aside, friction=friction)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        taken = take(path)
+    told = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
+    (one,) = [text for text in told if "of its forces drive that" in text]
+    assert "the body around (" in one and "and turn" in one
+    assert float(one.split(": ")[1].split()[0]) <= 1e-2
+    assert taken.arrived and taken.halvings == 0 and taken.tangents <= 160
+    assert max(step.tangents for step in taken.steps[1:]) <= 8
+    at, force = path.result()
+    assert abs(at[0]) <= 0.1 * RADIUS and -0.2 * RADIUS < at[1] < -FALL
+    assert force == pytest.approx([0.0, WEIGHT], abs=1e-2 * WEIGHT)
+
+
+def test_a_disc_that_its_weight_turns_over_is_named_within_two_hundred_tangents():
+    """With its centre of mass aside by a tenth of the radius."""
+    pytest.importorskip("gmsh")
+    path = free_disc(1.0, 4, aside=0.5)
+    with pytest.raises(ConvergenceError, match="halvings of the step: the body around"):
+        raymortar.LoadSteps(path.problem.snes_solver, path.apply, steps=4).run()
+    assert path.problem.tangents <= 200
+
+
+@pytest.mark.parametrize("way", ["auto", "halve"])
+def test_sentences_on_a_lost_body_come_first(way):
+    """The direction is said, and that nothing stops it; without viscous forces nothing
+    is known of a motion."""
+    pytest.importorskip("gmsh")
+    path = free_disc(1.0, 4, aside=0.5)
+    steps = partial(raymortar.LoadSteps, path.problem.snes_solver, path.apply, 1)
+    with pytest.raises(ConvergenceError) as caught:
+        steps(strategy=way).run()
+    text = "5.15) goes on to move along x and turn under viscous forces of"
+    said = text in str(caught.value) and "nothing stops it" in str(caught.value)
+    assert said == (way == "auto")
 
 
 def test_a_held_disc_is_let_go_where_walls_grip_it():

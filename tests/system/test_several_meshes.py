@@ -266,8 +266,3 @@ def test_viscous_forces_are_for_one_mesh():
     solver = SOLVERS[0](found.problem)
     with refused("are on meshes of their own: this is for bodies on one mesh"):
         LoadSteps(solver, lambda t: None, stabilize=True)
-
-
-def test_pictures_are_of_one_mesh(scenes, tmp_path):
-    with refused("are on meshes of their own: this is for bodies on one mesh"):
-        raymortar.plot(contact_of(scenes), tmp_path / "contact.png")

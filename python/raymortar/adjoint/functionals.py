@@ -77,7 +77,8 @@ class Force(Functional):
             raise ContactError(f"axis = {axis!r} must be a whole number below {d}")
         for zone in contact.zones:
             sides = zone.facets.slave_surface, zone.facets.master_surface
-            if not zone.facets.bodies and np.intersect1d(*(s.dofs for s in sides)).size:
+            shared = np.intersect1d(sides[0].dofs, sides[1].dofs)
+            if not zone.facets.bodies and shared.size:
                 raise ContactError(
                     f"force: {zone.facets.spoken} shares nodes with its master, where "
                     "rows have the forces on both"

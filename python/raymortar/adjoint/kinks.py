@@ -63,7 +63,8 @@ def _at_nodes(zone: Any) -> Mask:
 def _on_bound(contact: Any, zone: Any) -> Mask:
     """Whether points of a penalty that stick are on the bound of Coulomb's number,
     (points,)."""
-    points, law = zone.points(), contact.friction
+    points: Any = zone.points()
+    law: Any = contact.friction
     if contact.multiplier is not None or not isinstance(law, Coulomb) or law.field:
         return np.zeros(len(points["status"]), dtype=bool)
     n, t = points["contact_normal"], points["traction"]

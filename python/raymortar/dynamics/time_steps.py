@@ -128,7 +128,7 @@ class TimeSteps(LoadSteps):
     >>> inertia = Inertia(rho * ufl.inner(a, v) * ufl.dx, contact)
     >>> steps = TimeSteps(solver, inertia, apply, end=1.0, dt=1e-3, velocity=v0)
     >>> for step in steps:
-    ...     print(step.time, step.iterations, step.energy)
+    ...     print(step.time, step.iterations, step.tangents, step.energy)
     """
 
     def __init__(

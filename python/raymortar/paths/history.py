@@ -26,6 +26,7 @@ from ..core.errors import (
     together,
     writing,
 )
+from ..core.interface import looking
 from ..core.options.methods import Penalty
 from ..core.problem import CoupledProblem
 from ..core.solvers.solver import require_problem
@@ -312,8 +313,9 @@ class History:
             row = numbers(
                 {"time": time, "iterations": iterations, "halvings": halvings}
             )
-        for names, values in self._sources:
-            row |= zip(names, np.atleast_1d(values()).tolist())
+        with looking.at(self.problem.contact.zones):
+            for names, values in self._sources:
+                row |= zip(names, np.atleast_1d(values()).tolist())
         row = self._scaled(row, self.symmetry)
         more = {name: number() for name, number in self._more.items()}
         with together(self._comm):

@@ -16,6 +16,7 @@ from ..core.errors import (
     together,
     warn,
 )
+from ..core.interface import looking
 from ..core.state import State
 from ..diagnose.failure import FAILURES, what_limits
 from ..diagnose.lost_contact import lost_contact
@@ -36,6 +37,7 @@ from .load_path import (
 from .memory import memory_of
 from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
+from .speaker import Speaker
 from .stabilization import Stabilization
 from .strategies import Strategies
 
@@ -85,7 +87,7 @@ class LoadSteps:
         far, points in contact, smallest gap, largest pressure. On a terminal each step
         rewrites the line, which is off while the caller works on the step. In a log
         each step has a separate line, and so has each other way that is tried, and each
-        halving. None: on standard error if that is a terminal (under ``mpirun`` it is
+        halving. A step that takes long says every 10 s how far it is. None: on standard error if that is a terminal (under ``mpirun`` it is
         none). True: on standard error. False: nothing. A file that is open for writing:
         there. Rank 0 decides and writes.
     history
@@ -131,7 +133,7 @@ class LoadSteps:
     >>> def apply(t):
     ...     top.value[:] = (0.0, -0.2 * t)
     >>> for step in LoadSteps(solver, apply, steps=5):
-    ...     print(step.factor, step.iterations)
+    ...     print(step.factor, step.iterations, step.tangents)
     """
 
     def __init__(
@@ -238,6 +240,7 @@ class LoadSteps:
         self._warn_of_velocities()
         masters, doubts = MastersOnPath(contact), Doubts(problem)
         snapped, effort = False, Effort(problem)
+        speaker = Speaker(problem, progress, lambda: ways.present)
         masters.look()
         if self.history is not None:
             self.history.require_columns()
@@ -252,8 +255,11 @@ class LoadSteps:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
             try:
-                iterations = self._solve(ways, before, last)
-                doubts.require_gradual()
+                with speaker.during():
+                    iterations = self._solve(ways, before, last)
+                with looking.at(contact.zones):
+                    self._require_contact()
+                    doubts.require_gradual()
             except FAILURES as failure:
                 left = isinstance(failure, BodyLeft)
                 if isinstance(failure, SetUpError) and not left:
@@ -267,8 +273,9 @@ class LoadSteps:
                 continue
             self._reached()
             problem.evaluate()
-            masters.look()
-            found = doubts.look()
+            with looking.at(contact.zones):
+                masters.look()
+                found = doubts.look()
             balance = ways.balance
             released = None if balance is None else balance.released
             if balance is not None and balance.has_snapped and not snapped:
@@ -357,11 +364,13 @@ class LoadSteps:
         use = {"automatic": self.strategy == "auto", "led": path.led_weights}
         use |= {"controlled": self.control is not None, "steps": True}
         with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
-            iterations = ways.solve(now, last, path.sizes.ratio)
+            return ways.solve(now, last, path.sizes.ratio)
+
+    def _require_contact(self) -> None:
+        """Refuse a solved step that has lost contact. Collective."""
         loss = self._loss()
         if loss is not None:
             raise ContactLost(f"contact is lost: {loss}")
-        return iterations
 
     def _loss(self) -> str | None:
         """Tell how the solved step has lost contact, if so. Collective."""
@@ -378,7 +387,7 @@ class LoadSteps:
         if contact.layout.bodies:
             contact.update()
             texts += contact.system.free_bodies.rubbed()
-        texts += more
+        texts[:0] = more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
             if self.control is None:

@@ -133,7 +133,11 @@ class Progress:
 
     def trying(self, what: str) -> None:
         """Report that a solve has failed and another way is tried."""
-        text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  trying {what}"
+        self.working(f"trying {what}")
+
+    def working(self, on: str) -> None:
+        """Report what is done in a step."""
+        text = f"step {self._accepted + 1:3}  load {self._factor:<8.6g}  {on}"
         if self._in_place:
             self._draw(text)
         else:

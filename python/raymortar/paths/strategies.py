@@ -45,7 +45,8 @@ class Strategies:
 
     A way that solved the last steps after such failures goes first, see `Lessons`.
     `trying` is called with the name of each other way before it is tried. After a step
-    `used` is the name of the way that solved it, and `balance` the energies of one that
+    `used` is the name of the way that solved it, `present` of the one that solves at
+    present, and `balance` the energies of one that
     another way solved, where they are looked at.
     """
 
@@ -63,7 +64,7 @@ class Strategies:
         self._asked_for = stabilization
         goes_ahead = extrapolates or (extrapolates is None and path.led is None)
         self._prediction = Prediction(path, bool(extrapolates)) if goes_ahead else None
-        self.used = FULL
+        self.used = self.present = FULL
         self.balance: Balance | None = None
         # Coefficients before each reduction that stays; the path's end restores the first
         self._given: list[list[Any]] = []
@@ -161,7 +162,11 @@ class Strategies:
         iterations = None if forces.is_needed() else forces.pass_by()
         self.used = FULL
         if iterations is None:
-            iterations = forces.solve(self._each)
+            self.present = VISCOUS
+            try:
+                iterations = forces.solve(self._each)
+            finally:
+                self.present = FULL
             self.used = VISCOUS
         return iterations
 
@@ -237,10 +242,11 @@ class Strategies:
                 self.balance = self._balanced(name, now)
             return iterations
 
-        iterations = None
+        iterations, self.present = None, name
         try:
             iterations = attempt(measured)
         finally:
+            self.present = FULL
             if iterations is None:
                 self._give_back(kept)
         if iterations is not None:
@@ -339,6 +345,9 @@ class Strategies:
 
     def accepted(self, begin: State) -> None:
         """Note that the step is accepted which began at a state."""
+        viscous = self._asked_for or self.__dict__.get("_viscous")
+        if viscous:
+            viscous.accepted()
         if self._prediction:
             self._prediction.accepted(begin, self.used == VISCOUS)
 

@@ -112,6 +112,14 @@ class Viscosity(Term):
         """Hold no motion any more."""
         self._holding[:] = 0.0
 
+    def held(self) -> Array:
+        """Return what holds motions, for `hold_as`."""
+        return self._holding.copy()
+
+    def hold_as(self, held: Array) -> None:
+        """Hold motions as they were held before."""
+        self._holding[:] = held
+
     def acting(self, scale: float, holds: bool = False) -> AbstractContextManager[None]:
         """Add forces with s as given, in all cells or those that hold a motion, to those
         of the problem."""
@@ -146,8 +154,28 @@ class Viscosity(Term):
         groups = convergence.groups
         force = self._of_displacement(self._force)
         work = problem.comm.allreduce(float(force @ self.change()))
-        free = groups.on_rows(np.where(problem.constrained, 0.0, force))
+        free = self._on_free_rows(force)
         viscous = np.sqrt(groups.sum(free**2))[: groups.bodies]
         # A body in flight has no other forces
         forces = np.maximum(convergence.now.forces[: groups.bodies], viscous)
         return work, float((viscous / np.maximum(forces, convergence.floor)).max())
+
+    def _on_free_rows(self, force: Array) -> Array:
+        """Place forces at the owned dofs of the displacement at their rows, without
+        those that are prescribed."""
+        problem = self._problem
+        free = np.where(problem.constrained, 0.0, force)
+        return problem.convergence.groups.on_rows(free)
+
+    def drive(self) -> float:
+        """Find the largest share of a body's forces that drives its motion, by sums of
+        components: a force in one cell counts as much as one that many nodes share.
+        Collective. Call it after a solve."""
+        problem, groups = self._problem, self._problem.convergence.groups
+        all_forces = problem.volume.forces(problem.bcs)[self._contact.unknowns.u_owned]
+        rows = self._of_displacement(self._force), all_forces
+        viscous, of_body = (
+            groups.sum(np.abs(self._on_free_rows(one)))[: groups.bodies] for one in rows
+        )
+        size = np.maximum(of_body, viscous)
+        return float((viscous[size > 0.0] / size[size > 0.0]).max(initial=0.0))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -16,7 +16,7 @@ from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
 from ..core import compat
-from ..core.compat import Array, Indices
+from ..core.compat import Array
 from ..core.discretization.facets import interpolate
 from ..core.discretization.joined import parts_of
 from ..core.interface.point_results import CLOSED, OPEN

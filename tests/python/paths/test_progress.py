@@ -10,6 +10,7 @@ from load_paths import sticking, top_moves
 from problems import COMM, tolerate
 
 from raymortar import ContactError, ConvergenceError, LoadSteps
+from raymortar.paths import speaker
 
 STEPS = 3
 
@@ -150,6 +151,39 @@ def test_bodies_out_of_reach_have_no_gap():
     path(log, steps=1, share=-2.0)[1].run()
     assert all("out of reach" in line for line in log.getvalue().splitlines())
     assert COMM.bcast(log.getvalue(), root=0) != ""
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("kind", [io.StringIO, Terminal])
+def test_a_step_that_takes_long_says_how_far_it_is(kind, monkeypatch):
+    """With no time between two lines every iterate has one."""
+    monkeypatch.setattr(speaker, "EVERY", -1.0)
+    monkeypatch.setenv("COLUMNS", "200")
+    log = kind()
+    problem, steps = sticking("quadrilateral", progress=log)
+    done = steps.run()
+    text = log.getvalue().replace("\r", "\n")
+    lines = [line for line in text.splitlines() if "residual" in line]
+    if COMM.rank != 0:
+        assert not lines
+        return
+    ways = {re.search(r"load [\d.]+ +(.*): tangents", line)[1] for line in lines}
+    assert ways >= {"full", *(step.strategy for step in done)} and len(ways) > 1
+    said = [numbers(line) for line in lines]
+    first = [one["iteration"] for one in said if one["step"] == 1.0]
+    assert first[:3] == [0.0, 1.0, 2.0] and first.count(0.0) == done[0].solves
+    assert [one["tangents"] for one in said if one["step"] == 1.0][-1] == (
+        done[0].tangents
+    )
+    assert all(one["residual"] > 0.0 for one in said)
+    moved = [line for line in lines if "has moved by" in line]
+    assert moved and all("the body around (" in line for line in moved)
+
+
+def test_steps_that_are_quick_say_nothing_more():
+    log = io.StringIO()
+    path(log)[1].run()
+    assert "residual" not in log.getvalue() and speaker.EVERY == 10.0
 
 
 def test_what_is_neither_is_refused():

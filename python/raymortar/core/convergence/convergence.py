@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -98,12 +98,13 @@ class Convergence:
     displacement. A solve that is `patient` goes on until it is hopeless. Otherwise it ends
     at the first trouble, as `LoadSteps` has remedies. One that `lasts` may begin with a
     residual that is less than the next ones. One that is `hasty` ends where the residual
-    jumps.
+    jumps. A `watcher` is called at each iterate.
     """
 
     def __init__(self, groups: Groups) -> None:
         self.groups = groups
         self.patient, self.lasts, self.hasty = True, False, False
+        self.watcher: Callable[[], None] | None = None
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
@@ -160,6 +161,8 @@ class Convergence:
             self.norms.clear()
         else:
             self.norms.append(self.now.norm)
+        if self.watcher is not None:
+            self.watcher()
 
     @property
     def is_stuck(self) -> bool:

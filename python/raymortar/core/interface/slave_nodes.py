@@ -92,6 +92,13 @@ def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
     the facets' normals by these angles. At an edge, or at the rim of the tag, they fall
     short.
     """
+    if zone.inside_flats is None:
+        zone.inside_flats = _find_flats(zone, V)
+    return zone.inside_flats
+
+
+def _find_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
+    """Find these facets. Collective."""
     surface = zone.facets.slave_surface
     corners = N_CORNERS[surface.shape]
     cycle = [0, 1, 3, 2] if corners == 4 else list(range(corners))

@@ -148,6 +148,10 @@ class ZoneData:
     # Numbers of the rigid bodies that it has met on a path; 0 if it has met a master with
     # facets. See `diagnose.missed`
     met: set[int] = field(default_factory=set)
+    # Whether the undeformed surface goes on flat around each slave facet; None: not asked
+    inside_flats: Mask | None = None
+    # Points of a state that several look at, see `looking.at`; None: each finds them
+    kept_points: dict[str, Array] | None = None
 
     @property
     def sides(self) -> tuple[Surface, Surface]:
@@ -179,6 +183,14 @@ class ZoneData:
 
     def points(self) -> dict[str, Array]:
         """Arrays over the integration points, see `Contact.points`."""
+        kept = self.kept_points
+        if kept is None:
+            return self._find_points()
+        if not kept:
+            kept.update(self._find_points())
+        return {name: values.copy() for name, values in kept.items()}
+
+    def _find_points(self) -> dict[str, Array]:
         points = _pressed(self.cpp.points())
         points["gap"] -= self.at_points(self.augmentation, points)  # no gap
         if self.frictional:  # a rank without points has the same keys
