@@ -36,6 +36,7 @@ from rows import write_row
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
+from raymortar.partitions import strips
 from raymortar.solvers.levels import BodiesLevels, set_levels
 from raymortar.solvers.petsc_objects import PetscOptions
 
@@ -61,8 +62,9 @@ def clamp(V, scene, name, value):
     return fem.dirichletbc(np.array(value), dofs, V)
 
 
-def make_problem(cell, degree, level, method, law):
-    n = level
+def make_problem(cell, degree, level, method, law, partition=strips, watch=None):
+    """Two blocks in contact; `watch` is told the seconds that the mesh has taken."""
+    n, start = level, time.perf_counter()
     scene = two_blocks(
         MPI.COMM_WORLD,
         3,
@@ -71,7 +73,10 @@ def make_problem(cell, degree, level, method, law):
         upper_divisions=(3 * n, 3 * n, 2 * n),
         lower_size=(1.0, 1.0, 0.5),
         upper_size=(0.8, 0.8, 0.5),
+        partition=partition,
     )
+    if watch is not None:
+        watch.mesh_made(time.perf_counter() - start)
     friction, slide = LAWS[law]
     V = compat.vector_space(scene.mesh, degree)
     u, v = fem.Function(V), ufl.TestFunction(V)

@@ -1,8 +1,9 @@
 """A case in GetFEM: large sliding contact by ray tracing (python3-getfem).
 
 The fourth degree rule of its demos on whole slave facets, a vector multiplier, MUMPS.
-Supports of one component are penalties of a million moduli. Alike: full Newton steps to
-the case's force. As its users run it: `Model.solve` with the line search of its demos.
+Alike: full Newton steps to the case's force. As its users run it: `Model.solve` with the
+line search of its demos. Supports of single components are penalties of a million moduli,
+whose forces `Model.solve` would take for the load that its tolerance is relative to.
 """
 
 from __future__ import annotations
@@ -109,21 +110,35 @@ class GetFEM:
         return bodies
 
     def _support(self):
-        """Components that are held or led."""
-        held = [(name, i, "0") for name, i in self.case.held]
+        """Facets that are held or led: all components at once, or by penalties."""
+        held = [(name, i, None) for name, i in self.case.held]
         held += [(self.case.led, i, f"way_{i}") for i in self.led]
-        for k, (name, i, value) in enumerate(held):
+        self._placed = None
+        for k, name in enumerate(dict.fromkeys(name for name, *_ in held)):
+            own = [(i, value) for other, i, value in held if other == name]
             for body in self._region(name, HELD + k):
-                sides, u = gf.MeshIm(self.meshes[body], RULE), f"u_{body}"
-                self._kept.append(sides)
-                penalty = 1e6 * self.case.moduli[body]
-                self.model.add_linear_term(
-                    sides, f"{penalty}*{u}({i + 1})*Test_{u}({i + 1})", HELD + k
-                )
-                if value != "0":
-                    self.model.add_source_term(
-                        sides, f"{penalty}*{value}*Test_{u}({i + 1})", HELD + k
-                    )
+                if len(own) == self.dim:
+                    self._place(body, HELD + k, name == self.case.led)
+                    continue
+                for i, value in own:
+                    self._penalise(body, HELD + k, i, value)
+
+    def _place(self, body, region, led):
+        data = f"held_{region}"
+        self.model.add_fem_data(data, self.model.mesh_fem_of_variable(f"u_{body}"))
+        self.model.add_Dirichlet_condition_with_simplification(
+            f"u_{body}", region, data
+        )
+        if led:
+            self._placed = data
+
+    def _penalise(self, body, region, i, value):
+        sides, u = gf.MeshIm(self.meshes[body], RULE), f"u_{body}({i + 1})"
+        self._kept.append(sides)
+        test = f"{1e6 * self.case.moduli[body]}*Test_{u}"
+        self.model.add_linear_term(sides, f"{u}*{test}", region)
+        if value:
+            self.model.add_source_term(sides, f"{value}*{test}", region)
 
     def _contact(self):
         case, model, d = self.case, self.model, self.dim
@@ -163,6 +178,9 @@ class GetFEM:
             way = self.case.way(t)
             for i in self.led:
                 model.set_variable(f"way_{i}", [way[i]])
+            if self._placed:
+                nodes = model.variable(self._placed).size // self.dim
+                model.set_variable(self._placed, np.tile(way, nodes))
             for body in self.meshes:
                 model.set_variable(f"u_{body}_old", model.variable(f"u_{body}"))
             count = self._alike() if self.alike else self._as_used()
