@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on some systems)
-from case import FACES, Case, Effort, Failed, Found
+from peer_case import FACES, Case, Effort, Failed, Found
 
 from raymortar import compat
 
@@ -72,7 +72,7 @@ class GetFEM:
         return mesh
 
     def _law(self, body, u, volume):
-        """As `ours.stress`."""
+        """As `raymortar_cases.stress`."""
         E, nu, d = self.case.moduli[body], self.case.nu, self.dim
         mu, la = E / (2.0 * (1.0 + nu)), E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
         if self.case.law == "linear":
@@ -160,7 +160,10 @@ class GetFEM:
             "r", case.release, *law
         )
         rules = [gf.MeshIm(mesh, RULE) for mesh in meshes]
-        for body, rule, region in ((slave, rules[0], SLAVE), (master, rules[1], MASTER)):
+        for body, rule, region in (
+            (slave, rules[0], SLAVE),
+            (master, rules[1], MASTER),
+        ):
             u = [f"u_{body}"] + (["lam"] if region == SLAVE else [])
             u += [f"u_{body}_old"] if case.friction else []
             side = "slave" if region == SLAVE else "master"

@@ -64,16 +64,16 @@ REFERENCES = (("blocks", 12, 2, 4), ("ironing", 160, 1, 1))
 def program_of(name):
     """Class of a program, None where it is missing."""
     if name == "raymortar":
-        from ours import Ours
+        from raymortar_cases import Ours
 
         return Ours
     if name == "GetFEM":
         import getfem_cases
 
         return getfem_cases.GetFEM if getfem_cases.gf else None
-    import calculix
+    import calculix_cases
 
-    return calculix.CalculiX if calculix.PROGRAM else None
+    return calculix_cases.CalculiX if calculix_cases.PROGRAM else None
 
 
 def spent():
@@ -84,8 +84,8 @@ def spent():
 
 def solved(scene, program, form, setting, degree, n, more):
     """A run in this process, as a dict with its seconds."""
-    from case import Failed
-    from scenes import SCENES
+    from peer_case import Failed
+    from peer_scenes import SCENES
 
     warnings.simplefilter("ignore")
     logging.disable(logging.WARNING)
@@ -240,9 +240,9 @@ def main(arguments=None):
     args.output.mkdir(parents=True, exist_ok=True)
     if not args.plot:
         measure(args)
-    import plot
+    import peer_plot
 
-    plot.draw(rows_of(args.output / "peers.csv"), args.pictures / "peers.png")
+    peer_plot.draw(rows_of(args.output / "peers.csv"), args.pictures / "peers.png")
     return 0
 
 

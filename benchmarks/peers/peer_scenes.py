@@ -9,7 +9,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 import numpy as np
-from case import Case, Found
+from peer_case import Case, Found
 
 from meshes import ironing as iron
 from meshes.hertz import cylinder_on_block, sphere_on_plane

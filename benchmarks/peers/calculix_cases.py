@@ -14,10 +14,10 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-import deck
+import calculix_deck as deck
+import calculix_results as results
 import numpy as np
-import results
-from case import Case, Effort, Failed, Found
+from peer_case import Case, Effort, Failed, Found
 
 MISSING = "CalculiX is missing (calculix-ccx): its runs are left out"
 PROGRAM = shutil.which("ccx")
@@ -89,9 +89,7 @@ class CalculiX:
             # The two bodies may have nodes in one place
             slave = np.isin(nodes, case.vertices[0] + 1)
             x, p = x[slave], p[slave]
-        return Found(
-            times, np.abs(forces[:, : case.dim]), *case.pressures(x, p)
-        )
+        return Found(times, np.abs(forces[:, : case.dim]), *case.pressures(x, p))
 
 
 def _children() -> float:

@@ -84,7 +84,8 @@ class Program(typing.Protocol):
 
     FORMS: typing.ClassVar[tuple[str, ...]]
 
-    def __init__(self, case: Case, form: str, alike: bool) -> None: ...
+    def __init__(self, case: Case, form: str, alike: bool) -> None:
+        ...
 
     def solve(self) -> Effort:
         """Follow the path; raises `Failed`."""

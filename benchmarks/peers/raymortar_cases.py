@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import ufl
-from case import Case, Effort, Failed, Found
 from dolfinx import fem
+from peer_case import Case, Effort, Failed, Found
 
 import raymortar
 from raymortar import AugmentedLagrangian, tools
@@ -106,6 +106,4 @@ class Ours:
         V, facets = p.function_space, case.scene.find(case.slave)
         dofs = fem.locate_dofs_topological(V, case.dim - 1, facets)
         x = V.tabulate_dof_coordinates()[dofs, : case.dim]
-        return Found(
-            rows[:, 0], rows[:, 1:], *case.pressures(x, p.x.array[dofs])
-        )
+        return Found(rows[:, 0], rows[:, 1:], *case.pressures(x, p.x.array[dofs]))

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
-from case import Effort
+from peer_case import Effort
 
 _TOTAL = re.compile(r"total force \(fx,fy,fz\) for set \S+ and time\s+(\S+)")
 

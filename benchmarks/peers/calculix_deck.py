@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from case import Case
+from peer_case import Case
 
 # Plane strain in 2D. CalculiX's user's manual recommends the quadratic elements with
 # reduced integration; its C3D8 is of B-bar type
@@ -52,7 +52,9 @@ def mesh(case: Case) -> list[str]:
     lines = ["*NODE, NSET=ALL"]
     used = np.unique(case.cells)
     for node in used:
-        lines.append(f"{node + 1}, " + ", ".join(f"{x:.12g}" for x in case.places[node]))
+        lines.append(
+            f"{node + 1}, " + ", ".join(f"{x:.12g}" for x in case.places[node])
+        )
     tags = case.scene.cell_tags
     kind = ELEMENTS[case.cell, case.degree]
     for body in case.moduli:
