@@ -245,35 +245,3 @@ def older_options(rows: list[Row]) -> Table:
                 )
             lines.append(cells)
     return lines
-
-
-def _busy(row: Row) -> float:
-    """Seconds of contact in an iteration."""
-    return fsum(float(row[name]) for name in ("pairing", "residual", "tangent"))
-
-
-@table("parallel/strong.csv")
-def strong(rows: list[Row]) -> Table:
-    """Seconds of each stage on more and more ranks."""
-    lines = [
-        ["unknowns", "partition", "ranks", "facets: largest, mean", "without"]
-        + ["set-up", "pairing", "residual", "tangent", "volume", "solver"]
-        + ["idle", "bytes of the tangent", "efficiency: contact", "volume", "solver"]
-    ]
-    stages = ("setup", "pairing", "residual", "tangent", "volume", "solver", "idle")
-    for (_, partition), found in grouped(rows, "level", "partition"):
-        first = min(found, key=lambda row: int(row["ranks"]))
-        for row in found:
-            more = int(row["ranks"]) / int(first["ranks"])
-            parts = [(_busy(first), _busy(row))]
-            parts += [
-                (float(first[name]), float(row[name])) for name in ("volume", "solver")
-            ]
-            facets = f"{row['largest_share']}, {float(row['mean_share']):.0f}"
-            lines.append(
-                [spaced(row["unknowns"]), partition, row["ranks"], facets]
-                + [row["without"], *(brief(row[name], 2) for name in stages)]
-                + [spaced(row["matrix_bytes"])]
-                + [f"{a / (more * b):.2f}" for a, b in parts]
-            )
-    return lines
