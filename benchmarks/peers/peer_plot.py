@@ -23,6 +23,8 @@ LINES = ("-", "--", ":", "-.")
 def draw(rows, path):
     """Scenes with an error, each in its panel."""
     plt = drawing.pyplot()
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     rows = [r for r in rows if r["error"] and float(r["error"]) > 0.0]
     scenes = [scene for scene in TITLES if any(r["scene"] == scene for r in rows)]
     if not scenes:
@@ -34,6 +36,9 @@ def draw(rows, path):
         _curves(ax, [r for r in rows if r["scene"] == scene and r["more"] == "1"])
         ax.set(title=TITLES[scene], xlabel="processor time of the whole process (s)")
         ax.title.set_fontsize(9)
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        ax.xaxis.set_major_formatter("{x:g}")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.grid(True, which="both", alpha=0.2)
     axes[0, 0].set(ylabel="relative error")
     handles = {}
