@@ -43,7 +43,7 @@ from models import shallow_ironing  # noqa: E402
 
 import raymortar  # noqa: E402
 from meshes.scenes import two_blocks  # noqa: E402
-from raymortar import compat  # noqa: E402
+from raymortar.core import compat
 
 COMM = MPI.COMM_SELF
 E, NU = 10.0, 0.3

@@ -13,7 +13,8 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from raymortar import compat, tools
+from raymortar import tools
+from raymortar.core import compat
 
 # Under the root of the equivalent stress, of the yield stress squared: a slope at zero
 ROUND = 1e-12

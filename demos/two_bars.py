@@ -61,7 +61,7 @@ def meet(comm, n, mass, cfl=1.0):
 def approach(V):
     """Velocities towards the middle, of the nodes that both bars have there too."""
     found = fem.Function(V)
-    dofs = raymortar.compat.dofmap_array(V)
+    dofs = raymortar.core.compat.dofmap_array(V)
     middle = V.tabulate_dof_coordinates()[dofs, 0].mean(axis=1)
     found.x.array.reshape(-1, 2)[dofs, 0] = -SPEED * np.sign(middle)[:, None]
     return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from raymortar import compat
+from raymortar.core import compat
 
 from .blocks import Grid
 

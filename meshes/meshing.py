@@ -23,8 +23,8 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from raymortar import compat
-from raymortar.partitions import strips
+from raymortar.core import compat
+from raymortar.io.partitions import strips
 
 from .blocks import Block, Grid, mirrored, perturbed
 from .cells import cells_of, centre_mid_nodes, check_orientation, side_tags

@@ -14,7 +14,7 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from raymortar.partitions import strips
+from raymortar.io.partitions import strips
 
 from .blocks import Block, Motion, rotated
 from .hertz import cylinder_on_block, sphere_on_plane, two_cylinders, two_spheres

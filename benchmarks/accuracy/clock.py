@@ -13,7 +13,7 @@ from unittest import mock
 
 from petsc4py import PETSc
 
-from raymortar.system.coupled import CoupledSystem
+from raymortar.core.system.coupled import CoupledSystem
 
 STAGES = ("pairing", "integration", "assembly", "volume", "solve")
 _FACTORISE = ("MatLUFactorSym", "MatLUFactorNum", "MatSolve")

@@ -13,7 +13,7 @@ from dolfinx import mesh as dolfinx_mesh
 from edge_scenes import NU, Pressed
 from getfem_peer import MAX_ITERATIONS, gf
 
-from raymortar import compat
+from raymortar.core import compat
 
 SLAVE, MASTER, ALL, OTHERS = 1, 2, 3, 10
 # GetFEM's maps by dimension and degree of the geometry, and its order of nodes

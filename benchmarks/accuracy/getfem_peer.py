@@ -15,7 +15,7 @@ import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on som
 from manufactured import Manufactured
 from mesh_measures import cell_nodes
 
-from raymortar import compat
+from raymortar.core import compat
 
 try:
     import getfem as gf

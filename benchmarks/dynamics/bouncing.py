@@ -20,7 +20,8 @@ sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "tests")]
 import moving  # noqa: E402
 
 import raymortar  # noqa: E402
-from raymortar import compat, dynamics  # noqa: E402
+from raymortar import dynamics
+from raymortar.core import compat
 
 DT, WEIGHT, HEIGHT, WIDTH = 5e-3, 1.0, 0.5, 0.5
 NAMES = "step time energy bounces halvings kilobytes seconds".split()

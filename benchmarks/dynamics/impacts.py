@@ -24,7 +24,8 @@ sys.path[:0] = [str(ROOT / "tests" / "helpers"), str(ROOT / "tests")]
 import moving  # noqa: E402
 
 import raymortar  # noqa: E402
-from raymortar import compat, dynamics  # noqa: E402
+from raymortar import dynamics
+from raymortar.core import compat
 
 SCHEMES = {
     "trapezoidal": dynamics.Newmark(),

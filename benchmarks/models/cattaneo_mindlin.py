@@ -26,7 +26,8 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import two_cylinders
-from raymortar import compat, tools
+from raymortar import tools
+from raymortar.core import compat
 
 # Lengths in mm, stresses in MPa, forces in N per mm of length
 RADIUS, E, NU, FRICTION = 8.0, 200.0, 0.3, 0.2

@@ -24,7 +24,8 @@ from dolfinx import fem
 
 import raymortar
 from meshes.half_ring import GAP, MIDDLE, OUTER, TAGS, scene_of
-from raymortar import compat, io, tools
+from raymortar import io, tools
+from raymortar.core import compat
 
 from . import long_runs
 

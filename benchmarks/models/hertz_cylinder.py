@@ -17,7 +17,8 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import cylinder_on_block
-from raymortar import compat, tools
+from raymortar import tools
+from raymortar.core import compat
 
 # Steel on aluminium. Lengths in mm, stresses in MPa, forces in N per mm of length
 E_CYLINDER, E_BLOCK, NU = 210e3, 70e3, 0.3

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from raymortar.contact import State
-from raymortar.errors import raise_everywhere
+from raymortar.core.contact import State
+from raymortar.core.errors import raise_everywhere
 
 
 def add_options(parser):

@@ -22,7 +22,8 @@ from dolfinx import fem
 
 import raymortar
 from meshes.ironing import TAGS, scene_of
-from raymortar import compat, io, tools
+from raymortar import io, tools
+from raymortar.core import compat
 
 from . import ironing_references as references
 from . import long_runs

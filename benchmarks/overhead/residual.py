@@ -23,8 +23,9 @@ from dolfinx.fem import petsc
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import _cpp, compat, rigid
-from raymortar.interface.zone_data import on_sides
+from raymortar import _cpp, rigid
+from raymortar.core import compat
+from raymortar.core.interface.zone_data import on_sides
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "speed"))
 from scene import neo_hookean  # noqa: E402

@@ -28,7 +28,8 @@ from rows import measure_rows, write_row
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import compat, rigid
+from raymortar import rigid
+from raymortar.core import compat
 
 COMM = MPI.COMM_WORLD
 E, NU = 10.0, 0.3

@@ -35,10 +35,11 @@ from rows import write_row
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat, solvers
-from raymortar.partitions import strips
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, solvers
+from raymortar.core import compat
+from raymortar.core.solvers.petsc_objects import PetscOptions
+from raymortar.io.partitions import strips
 from raymortar.solvers.levels import BodiesLevels, set_levels
-from raymortar.solvers.petsc_objects import PetscOptions
 
 E, NU = 10.0, 0.3
 # Without friction, with it, and the sideways motion of the top

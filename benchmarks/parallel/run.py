@@ -3,7 +3,7 @@
     scripts/python benchmarks/parallel/run.py [--quick] [--output DIR]
 
 Counts are of the rank that sends most, with DOLFINx's graph partitioner and with
-`raymortar.partitions.columns`. Writes `fixed_ranks.csv` (growing surfaces on 2 and 4
+`raymortar.io.partitions.columns`. Writes `fixed_ranks.csv` (growing surfaces on 2 and 4
 ranks), `fixed_share.csv` (1 to 8 ranks, the surface in proportion) and prints both with
 the exponents of growth.
 """

@@ -19,8 +19,9 @@ import ufl
 from dolfinx import fem
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, Coulomb, compat
-from raymortar.partitions import columns
+from raymortar import AugmentedLagrangian, Contact, Coulomb
+from raymortar.core import compat
+from raymortar.io.partitions import columns
 
 COMM = MPI.COMM_WORLD
 PARTITIONS = {"graph": None, "columns": columns((0.0, 0.0, 1.0))}

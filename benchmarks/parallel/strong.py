@@ -35,7 +35,9 @@ from linear import make_problem
 from run import environment
 
 import raymortar
-from raymortar import compat, partitions, solvers
+from raymortar import solvers
+from raymortar.core import compat
+from raymortar.io import partitions
 
 COMM = MPI.COMM_WORLD
 REPEATS = 3

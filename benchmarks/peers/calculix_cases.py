@@ -84,12 +84,19 @@ class CalculiX:
         p = values[:, columns.index("CPRESS")]
         known, x = results.places(frd)
         at = dict(zip(known, x[:, : case.dim]))
+        at_forces = times, np.abs(forces[:, : case.dim])
+        placed = np.isin(nodes, known)
+        if not placed.any():
+            # In the plane, node to surface has nodes in this field without a place
+            vertices = case.places[case.vertices[0]]
+            return Found(*at_forces, vertices, np.full(len(vertices), np.nan))
+        nodes, p = nodes[placed], p[placed]
         x = np.array([at[node] for node in nodes])
         if case.dim == 3:
             # The two bodies may have nodes in one place
             slave = np.isin(nodes, case.vertices[0] + 1)
             x, p = x[slave], p[slave]
-        return Found(times, np.abs(forces[:, : case.dim]), *case.pressures(x, p))
+        return Found(*at_forces, *case.pressures(x, p))
 
 
 def _children() -> float:

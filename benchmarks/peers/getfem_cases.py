@@ -12,7 +12,7 @@ import numpy as np
 import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on some systems)
 from peer_case import FACES, Case, Effort, Failed, Found
 
-from raymortar import compat
+from raymortar.core import compat
 
 try:
     import getfem as gf

@@ -17,7 +17,8 @@ import numpy as np
 from dolfinx import fem
 from scipy.spatial import cKDTree
 
-from raymortar import compat, tools
+from raymortar import tools
+from raymortar.core import compat
 
 # Places in DOLFINx's row of a cell's dofs: corners around a face, then the middles of
 # the edges (k, k + 1) around a face, of the opposite face, and between the two

@@ -19,7 +19,8 @@ from dolfinx import fem
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import compat, rigid
+from raymortar import rigid
+from raymortar.core import compat
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "speed"))
 from scene import neo_hookean  # noqa: E402

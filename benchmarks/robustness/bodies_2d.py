@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from meshes.meshing import Scene
-from raymortar import compat
+from raymortar.core import compat
 
 
 def polygon(kernel, points, size):

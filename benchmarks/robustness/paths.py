@@ -28,7 +28,7 @@ import raymortar  # noqa: E402
 from meshes.blocks import Block  # noqa: E402
 from meshes.meshing import Scene, assemble_blocks  # noqa: E402
 from meshes.scenes import two_blocks  # noqa: E402
-from raymortar import compat  # noqa: E402
+from raymortar.core import compat
 
 
 @dataclasses.dataclass

@@ -10,8 +10,8 @@ from petsc4py import PETSc
 import numpy as np
 
 from raymortar import Coulomb, _cpp
-from raymortar.discretization.facets import facet_nodes
-from raymortar.interface.zones import default_degree, facet_rule, segment_rules
+from raymortar.core.discretization.facets import facet_nodes
+from raymortar.core.interface.zones import default_degree, facet_rule, segment_rules
 
 INDEX, GLOBAL = np.int32, np.int64
 FACETS = {

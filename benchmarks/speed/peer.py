@@ -11,7 +11,7 @@ import ufl  # noqa: F401  (before getfem, which brings a PETSc of its own on som
 from scene import CELLS, Blocks
 from stages import clock
 
-from raymortar import compat
+from raymortar.core import compat
 
 try:
     import getfem as gf

@@ -12,7 +12,8 @@ import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import compat, rigid
+from raymortar import rigid
+from raymortar.core import compat
 
 CELLS = {"quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}
 MU, LMBDA = 770.0, 1150.0

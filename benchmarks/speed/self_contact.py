@@ -23,7 +23,8 @@ from dolfinx import fem
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from meshes.scenes import two_blocks  # noqa: E402
-from raymortar import Contact, Penalty, compat  # noqa: E402
+from raymortar import Contact, Penalty
+from raymortar.core import compat
 
 STAGES = "candidates", "segments", "rays", "residual", "tangent"
 SKIN, REPEATS = 77, 3

@@ -6,8 +6,8 @@ from scene import Blocks
 from stages import clock
 
 import raymortar
-from raymortar import compat
-from raymortar.solvers.newton import SNESSolver
+from raymortar.core import compat
+from raymortar.core.solvers.newton import SNESSolver
 
 # Options of `Blocks` by what the contact is
 KINDS = {

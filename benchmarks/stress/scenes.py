@@ -24,7 +24,7 @@ from problems import build, fix, lame  # noqa: E402
 
 import raymortar  # noqa: E402
 from meshes.scenes import two_blocks  # noqa: E402
-from raymortar import compat  # noqa: E402
+from raymortar.core import compat
 
 LINE_SEARCH = {"snes_linesearch_type": "bt", "snes_max_it": 50}
 # Of the lower block; contact has no stress of its own

@@ -7,28 +7,28 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from . import io, rigid, solvers, tools
-from .condensed import CondensedProblem
-from .contact import Contact
-from .diagnose.failure import describe
-from .diagnose.outcome import check, require_convergence
-from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
-from .discretization.curving import curve
-from .errors import (
+from .condensed.condensed_problem import CondensedProblem
+from .core.contact import Contact
+from .core.errors import (
     ContactError,
     ContactLost,
     ContactWarning,
     ConvergenceError,
     SetUpError,
 )
-from .finding import Finding
-from .hooks import hooks
-from .interface.overlap import warn_of_overlaps
-from .interface.pairs import Pair
-from .interface.point_results import Status
-from .interface.straight_facets import look_at_straight_facets, warn_of_turned_arcs
-from .nonlinear_problem import NonlinearProblem
-from .options.friction import Coulomb, Friction, Stick, Tresca
-from .options.methods import AugmentedLagrangian, Penalty, Search
+from .core.finding import Finding
+from .core.hooks import hooks
+from .core.interface.pairs import Pair
+from .core.interface.point_results import Status
+from .core.nonlinear_problem import NonlinearProblem
+from .core.options.friction import Coulomb, Friction, Stick, Tresca
+from .core.options.methods import AugmentedLagrangian, Penalty, Search
+from .core.solvers.newton import NewtonSolver, SNESSolver
+from .core.solvers.solver import FixedPointSolver
+from .diagnose.failure import describe
+from .diagnose.outcome import check, require_convergence
+from .diagnose.overlap import warn_of_overlaps
+from .diagnose.rigid_slaves import refuse_finer_rigid_slaves
 from .paths.checkpoint import Checkpoint
 from .paths.controls import ArcLength, DisplacementControl
 from .paths.history import History
@@ -36,22 +36,22 @@ from .paths.load_steps import LoadSteps
 from .paths.output import LoadStep, Output
 from .results.nodal_fields import results_of
 from .rigid.body import as_body
+from .rigid.free_bodies import FreeBodies
+from .smooth.curving import curve
+from .smooth.straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .solvers.automatic import suited_to_size
-from .solvers.newton import NewtonSolver, SNESSolver
-from .solvers.solver import FixedPointSolver
-from .system.free_bodies import FreeBodies
-from .system.kept_forms import keeper
-from .tie import Tie
+from .solvers.kept_forms import keeper
+from .ties.tie import Tie
 
 if TYPE_CHECKING:
     from . import dynamics
-    from .field_problem import FieldProblem
-    from .flux import Flux, FluxRates
+    from .fluxes.field_problem import FieldProblem
+    from .fluxes.field_tie import FieldTie
+    from .fluxes.flux import Flux, FluxRates
+    from .fluxes.tool_part import ToolField
+    from .fluxes.wear import Archard, Wear
     from .plotting.movie import Movie
     from .plotting.picture import plot
-    from .system.tool_part import ToolField
-    from .tie import FieldTie
-    from .wear import Archard, Wear
 
 # What the package adds to its core
 hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
@@ -64,14 +64,14 @@ hooks.as_target, hooks.curve = as_body, curve
 
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {
-    "Archard": "wear",
-    "FieldProblem": "field_problem",
-    "FieldTie": "tie",
-    "Flux": "flux",
-    "FluxRates": "flux",
+    "Archard": "fluxes.wear",
+    "FieldProblem": "fluxes.field_problem",
+    "FieldTie": "fluxes.field_tie",
+    "Flux": "fluxes.flux",
+    "FluxRates": "fluxes.flux",
     "Movie": "plotting.movie",
-    "ToolField": "system.tool_part",
-    "Wear": "wear",
+    "ToolField": "fluxes.tool_part",
+    "Wear": "fluxes.wear",
     "plot": "plotting.picture",
 }
 
@@ -123,8 +123,9 @@ __all__ = [
     "tools",
 ]
 
-# Names of one release ago
+# Names that have moved
 _MOVED = {"NodeStatus": "Status", "PointStatus": "Status"}
+_MOVED_ROOMS = {"compat": "core.compat", "partitions": "io.partitions"}
 
 
 def __getattr__(name: str) -> Any:
@@ -133,6 +134,12 @@ def __getattr__(name: str) -> Any:
     if name in _MOVED:
         warnings.warn(f"{name} is {_MOVED[name]} now", DeprecationWarning, stacklevel=2)
         return globals()[_MOVED[name]]
+    if name in _MOVED_ROOMS:
+        place = f"{__name__}.{_MOVED_ROOMS[name]}"
+        warnings.warn(
+            f"raymortar.{name} is {place} now", DeprecationWarning, stacklevel=2
+        )
+        return import_module(place)
     if name == "dynamics":
         return import_module(".dynamics", __name__)
     if name not in _ON_DEMAND:

@@ -17,8 +17,8 @@ import ufl
 from dolfinx import fem
 from dolfinx.mesh import Mesh
 
-from . import compat
-from .compat import (
+from .core import compat
+from .core.compat import (
     AtQuadraturePoints,
     mixed_space,
     quadrature_space,
@@ -26,7 +26,7 @@ from .compat import (
     set_at_quadrature_points,
     vector_space,
 )
-from .errors import ContactError, described, spoken_tag, together
+from .core.errors import ContactError, described, spoken_tag, together
 
 __all__ = [
     "AtQuadraturePoints",

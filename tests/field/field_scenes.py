@@ -12,7 +12,7 @@ from problems import COMM, Problem, cellwise
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 LAWS = {
     "points": {"condition": "points"},

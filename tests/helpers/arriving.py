@@ -13,7 +13,8 @@ from pathing import Path
 from problems import COMM, fix, residual, stack
 
 import raymortar
-from raymortar import compat, rigid
+from raymortar import rigid
+from raymortar.core import compat
 
 # Of the disc
 RADIUS, WEIGHT, FALL = 5.0, 5.0, 0.1

@@ -9,8 +9,8 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from meshes.from_arrays import create_mesh
-from raymortar import compat
-from raymortar.discretization.facets import normals, shape_functions, tagged_facets
+from raymortar.core import compat
+from raymortar.core.discretization.facets import normals, shape_functions, tagged_facets
 
 COMM = MPI.COMM_WORLD
 CELLS = ["triangle", "quadrilateral", "tetrahedron", "hexahedron"]

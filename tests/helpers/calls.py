@@ -6,7 +6,8 @@ from problems import COMM, fix, residual
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import ContactError, NonlinearProblem, compat
+from raymortar import ContactError, NonlinearProblem
+from raymortar.core import compat
 
 PAIR = [(3, 4)]
 

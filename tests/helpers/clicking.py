@@ -16,7 +16,7 @@ from problems import COMM, DIMENSION, fix
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 # Height of a crest, its width, and how far the upper one starts behind the lower one
 HEIGHT, WIDTH, BEHIND = 0.15, 0.35, 0.2

@@ -20,9 +20,9 @@ from raymortar import (
     Contact,
     Coulomb,
     NonlinearProblem,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 DIRECT = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_mat_solver_type": "mumps"}

@@ -1,6 +1,6 @@
 """What Dirichlet conditions prescribe."""
 
-from raymortar import compat
+from raymortar.core import compat
 
 
 def dirichlet_dofs(bcs, V):

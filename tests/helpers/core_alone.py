@@ -3,81 +3,38 @@
 core_alone.py PACKAGE-FOLDER whole|alone none|friction
 
 Prints as JSON the iterations of four steps, the force on the grip, and the modules that
-were loaded. Alone, a module that is no part of the core cannot be imported: what the core
-still asks of floors (`scripts/core_breaks.txt`) is answered by stand-ins, which do
-nothing. Each mended break takes one away.
+were loaded. Alone, the package has its core and the compiled part, and no floor.
 """
 
 import json
 import sys
-import types
-from importlib.machinery import ModuleSpec
+import tempfile
 from pathlib import Path
 
 
-def nothing(*_, **__):
-    """Stands for a function of a floor."""
-
-
-STAND_INS = {
-    "compat.at_points": {},
-    "compat.files": {},
-    "compat.gmsh": {},
-}
-
-
-class Floors:
-    """Finds stand-ins for floors, and refuses other modules that are not of the core."""
-
-    def __init__(self, is_core):
-        self._is_core, self.refused = is_core, []
-
-    def find_spec(self, name, path=None, target=None):
-        if not name.startswith("raymortar."):
-            return None
-        module = name.removeprefix("raymortar.")
-        if module in STAND_INS:
-            return ModuleSpec(name, self, is_package=True)
-        is_folder = Path(path[0], module.split(".")[-1]).is_dir()
-        if is_folder or self._is_core(tuple(module.split("."))):
-            return None
-        raise ImportError(f"{module} is no part of the core")
-
-    def create_module(self, spec):
-        return None
-
-    def exec_module(self, module):
-        module.__path__ = []
-        names = STAND_INS[module.__name__.removeprefix("raymortar.")]
-        module.__dict__.update(names)
-
-
-def stand_alone(package, is_core):
-    """Let raymortar be its core: its own __init__ does not run."""
-    sys.meta_path.insert(0, Floors(is_core))
-    core = types.ModuleType("raymortar")
-    core.__path__ = [str(package)]
-    sys.modules["raymortar"] = core
-    for folder in package.iterdir():  # nor do those of its folders
-        name = f"raymortar.{folder.name}"
-        if (folder / "__init__.py").is_file() and folder.name != "compat":
-            if folder.name not in STAND_INS:
-                room = types.ModuleType(name)
-                room.__path__ = [str(folder)]
-                sys.modules[name] = room
+def leave_core(package, folder):
+    """A package without floors, in a folder."""
+    alone = Path(folder) / "raymortar"
+    alone.mkdir()
+    (alone / "__init__.py").touch()
+    for part in (package / "core", *package.glob("_cpp*.so")):
+        (alone / part.name).symlink_to(part)
+    return alone
 
 
 def solve(friction):
     """Press one block of hexahedra onto another, on meshes of their own, and drag it."""
+    from mpi4py import MPI
+
     import numpy as np
     import ufl
     from dolfinx import fem, mesh
-    from mpi4py import MPI
-    from raymortar import compat
-    from raymortar.contact import Contact
-    from raymortar.options.friction import Coulomb
-    from raymortar.problem import CoupledProblem
-    from raymortar.solvers.newton import NewtonSolver
+
+    from raymortar.core import compat
+    from raymortar.core.contact import Contact
+    from raymortar.core.options.friction import Coulomb
+    from raymortar.core.problem import CoupledProblem
+    from raymortar.core.solvers.newton import NewtonSolver
 
     boxes = [
         ([[0, 0, 0], [1, 1, 0.5]], [4, 4, 2]),
@@ -122,17 +79,13 @@ def solve(friction):
 
 
 def main(package, parts, law):
-    if parts == "alone":
-        from importlib.machinery import SourceFileLoader
-
-        root = Path(__file__).resolve().parents[2]
-        script = root / "scripts" / "check_layers"
-        layers = SourceFileLoader("check_layers", str(script)).load_module()
-        stand_alone(Path(package), layers.is_core)
-    else:
-        sys.path.insert(0, str(Path(package).parent))
+    with tempfile.TemporaryDirectory() as folder:
+        package = Path(package)
+        if parts == "alone":
+            package = leave_core(package, folder)
+        sys.path.insert(0, str(package.parent))
         __import__("raymortar")
-    iterations, force = solve(law == "friction")
+        iterations, force = solve(law == "friction")
     modules = sorted(
         name
         for name, module in sys.modules.items()

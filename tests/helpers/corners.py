@@ -12,7 +12,8 @@ from dolfinx import fem
 from materials import MATERIALS, lame
 from strips import tag_where
 
-from raymortar import Contact, LoadSteps, NewtonSolver, NonlinearProblem, compat, rigid
+from raymortar import Contact, LoadSteps, NewtonSolver, NonlinearProblem, rigid
+from raymortar.core import compat
 from raymortar.rigid.turning import rotation_matrix
 
 BOTTOM, TOP, FLOOR = 1, 2, 3

@@ -11,7 +11,7 @@ from materials import lame
 from problems import COMM
 
 import raymortar
-from raymortar import compat
+from raymortar.core import compat
 
 # Rubber
 E, NU = 5e6, 0.45

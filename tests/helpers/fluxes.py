@@ -15,7 +15,8 @@ from dolfinx import fem
 from problems import COMM, cellwise, fix, residual
 from tangents import FIRST_STEPS, SEEDS, Topology, all_hit_their_own, slopes
 
-from raymortar import Contact, Flux, NonlinearProblem, compat
+from raymortar import Contact, Flux, NonlinearProblem
+from raymortar.core import compat
 
 
 @dataclass

@@ -10,7 +10,7 @@ from problems import COMM
 
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 SKIN = 77
 # Of a U: length of its legs, radius of its middle line, thickness

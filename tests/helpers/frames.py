@@ -14,8 +14,9 @@ from dolfinx import fem
 from problems import build, fix
 
 from meshes.meshing import Scene
-from raymortar import SNESSolver, compat
-from raymortar.discretization.facets import shape_functions
+from raymortar import SNESSolver
+from raymortar.core import compat
+from raymortar.core.discretization.facets import shape_functions
 
 
 def quarter_turn(dim):

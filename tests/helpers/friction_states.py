@@ -11,15 +11,8 @@ from dolfinx import fem
 from problems import COMM
 from tangents import Pair
 
-from raymortar import (
-    AugmentedLagrangian,
-    Contact,
-    Coulomb,
-    Penalty,
-    Stick,
-    Tresca,
-    compat,
-)
+from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, Stick, Tresca
+from raymortar.core import compat
 
 NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
 METHODS = {

@@ -11,7 +11,8 @@ from hosts import MU
 from problems import SOLVERS, worst
 
 import raymortar
-from raymortar import Coulomb, Penalty, compat
+from raymortar import Coulomb, Penalty
+from raymortar.core import compat
 
 PUSHES = ((0.0, -0.03), (0.03, -0.06))
 METHODS = {

@@ -19,8 +19,8 @@ from problems import COMM, DIMENSION, fix, stack
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
-from raymortar.partitions import strips
+from raymortar.core import compat
+from raymortar.io.partitions import strips
 
 MU = 10.0
 WAYS = ("mixed", "blocked")

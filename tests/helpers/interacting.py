@@ -21,8 +21,8 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     Tresca,
-    compat,
 )
+from raymortar.core import compat
 
 E = 10.0
 # Of the tops, at the end of a path: sideways and down

@@ -14,14 +14,8 @@ from squeezing import homogeneous, squeezed
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import (
-    AugmentedLagrangian,
-    Contact,
-    Coulomb,
-    LoadSteps,
-    NonlinearProblem,
-    compat,
-)
+from raymortar import AugmentedLagrangian, Contact, Coulomb, LoadSteps, NonlinearProblem
+from raymortar.core import compat
 
 
 def divisions(cell):

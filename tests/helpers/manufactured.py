@@ -17,8 +17,9 @@ from mesh_measures import cell_nodes, jacobians, lagrange
 from problems import COMM, DIMENSION, SOLVERS, cellwise, fix, gradient
 
 import raymortar
-from raymortar import NonlinearProblem, compat
-from raymortar.discretization.facets import shape_functions
+from raymortar import NonlinearProblem
+from raymortar.core import compat
+from raymortar.core.discretization.facets import shape_functions
 
 # Pressure that iterations start from; about that of all the fields. Without any,
 # friction has no cone at first

@@ -9,7 +9,7 @@ from mpi4py import MPI
 import basix
 import numpy as np
 
-from raymortar import compat
+from raymortar.core import compat
 
 QUADRATURE_DEGREE = 6
 

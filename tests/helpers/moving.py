@@ -13,7 +13,8 @@ from tangents import remainders_in_petsc
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import compat, dynamics, tools
+from raymortar import dynamics, tools
+from raymortar.core import compat
 
 # Tags of facets: slave is the foot of the upper bar, master the head of the lower one
 SLAVE, MASTER, FOOT, HEAD = 1, 2, 3, 4

@@ -13,7 +13,8 @@ from problems import COMM, fix
 
 import raymortar
 from meshes import scenes
-from raymortar import LoadSteps, compat
+from raymortar import LoadSteps
+from raymortar.core import compat
 
 DIAMETER = 1.0
 MODULUS = 4.0 * MU  # of plane strain, without change of volume

@@ -6,7 +6,8 @@ import numpy as np
 from dolfinx import fem
 from problems import COMM
 
-from raymortar import AugmentedLagrangian, Contact, compat
+from raymortar import AugmentedLagrangian, Contact
+from raymortar.core import compat
 
 HIT = 1  # lowest status of a point with a master
 

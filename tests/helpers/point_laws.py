@@ -8,7 +8,8 @@ from dolfinx import fem
 from problems import fix
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, NonlinearProblem, compat
+from raymortar import Contact, NonlinearProblem
+from raymortar.core import compat
 
 DEGREE = 2  # of the rule
 MU, LAMBDA, STIFFENING = 800.0, 1200.0, 1e5

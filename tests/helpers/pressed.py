@@ -6,7 +6,8 @@ from problems import COMM, fix, residual
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, NonlinearProblem, compat
+from raymortar import AugmentedLagrangian, NonlinearProblem
+from raymortar.core import compat
 
 GAMMA = 1000.0
 

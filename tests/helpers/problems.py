@@ -23,7 +23,7 @@ from mesh_measures import jacobians, lagrange
 import raymortar
 from meshes.blocks import Block, rotated
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 COMM = MPI.COMM_WORLD
 CELLS_2D = ["triangle", "quadrilateral"]

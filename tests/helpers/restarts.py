@@ -23,10 +23,10 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    compat,
     rigid,
 )
-from raymortar.partitions import strips
+from raymortar.core import compat
+from raymortar.io.partitions import strips
 
 STEPS = 4
 

@@ -14,7 +14,8 @@ from problems import COMM, SOLVERS, cellwise
 from meshes.blocks import Block, mirrored
 from meshes.graded import PoleGrid, box_blocks
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import Contact, NonlinearProblem, compat
+from raymortar import Contact, NonlinearProblem
+from raymortar.core import compat
 
 HALF_SPACE = {"slave": 1, "bottom": 2, "left": 3, "side": 4}
 BESIDE = 5  # tag of the surface beside a punch

@@ -11,7 +11,8 @@ import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
 
-from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
+from raymortar import Contact, NonlinearProblem, SNESSolver, rigid
+from raymortar.core import compat
 from raymortar.rigid.turning import rotation_matrix
 
 E, NU = 40.0, 0.3

@@ -3,7 +3,7 @@
 import numpy as np
 from problems import COMM
 
-from raymortar.problem import CoupledProblem
+from raymortar.core.problem import CoupledProblem
 
 SIZE = 16 * np.finfo(float).eps
 

@@ -17,7 +17,8 @@ from materials import MATERIALS, lame
 from problems import COMM, DIMENSION, Problem, build, worst
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, Tresca, compat
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, Tresca
+from raymortar.core import compat
 
 E, NU = 10.0, 0.3
 SHEAR = lame(E, NU)[0]

@@ -3,7 +3,7 @@
 import numpy as np
 from dolfinx import fem
 
-from raymortar import compat
+from raymortar.core import compat
 
 
 def bumps(x):

@@ -16,7 +16,8 @@ from strips import tag_where
 import raymortar
 from meshes.blocks import SIDES, Block
 from meshes.meshing import assemble_blocks
-from raymortar import compat, rigid
+from raymortar import rigid
+from raymortar.core import compat
 
 # Of the belt: lengths in m, N/m and Pa
 PULLEY, THICK, STRAIGHT = 0.05, 1e-3, 0.02

@@ -14,8 +14,9 @@ from problems import DIMENSION, build, fix
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
-from raymortar.partitions import columns
+from raymortar import AugmentedLagrangian, Coulomb, Penalty
+from raymortar.core import compat
+from raymortar.io.partitions import columns
 
 E, NU = 10.0, 0.3
 LOWER, UPPER, HEIGHT, GAP = 2.4, 0.6, 0.5, 0.05

@@ -14,7 +14,7 @@ from problems import COMM, DIMENSION, SOLVERS, cellwise, fix
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 # Pressure of the bed at a depth w: rises to 5, falls to 1, rises again
 BED = np.array([1.0, -9.0, 24.0, 0.0]) * 0.25

@@ -7,7 +7,8 @@ import numpy as np
 import states
 from dolfinx import fem
 
-from raymortar import Contact, Coulomb, Penalty, compat, rigid
+from raymortar import Contact, Coulomb, Penalty, rigid
+from raymortar.core import compat
 from raymortar.rigid.turning import rotation_matrix
 
 INNER, OUTER, MU, GAMMA, DEPTH = 0.4, 1.0, 0.3, 50.0, 1e-4

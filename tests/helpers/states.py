@@ -21,7 +21,8 @@ from problems import COMM
 
 from meshes.from_arrays import create_mesh
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, Penalty, compat
+from raymortar import AugmentedLagrangian, Contact, Penalty
+from raymortar.core import compat
 
 CELLS = ("triangle", "quadrilateral", "tetrahedron", "hexahedron")
 DEGREES = ((1, 1), (1, 2), (2, 1), (2, 2))  # of displacement, of geometry

@@ -8,7 +8,7 @@ import ufl
 from dolfinx import mesh as dmesh
 from materials import MATERIALS, lame
 
-from raymortar import compat
+from raymortar.core import compat
 
 
 def strip(nx, ny, length, height, move=lambda x: x):

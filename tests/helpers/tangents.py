@@ -13,7 +13,7 @@ import numpy as np
 import states
 from problems import COMM
 
-from raymortar.discretization.ranks import marked_everywhere
+from raymortar.core.discretization.ranks import marked_everywhere
 
 DECADES = 4
 DIFFERENCE_STEP = 1e-5

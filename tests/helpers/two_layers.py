@@ -12,7 +12,7 @@ from problems import COMM, SOLVERS, cellwise, fix
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import compat
+from raymortar.core import compat
 
 TAGS = {"bottom": 1, "top": 2, "slave": 3, "master": 4, "sides": 5}
 

@@ -11,7 +11,8 @@ from problems import COMM, DIMENSION, Problem, fix, residual, tolerate, worst
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import LoadSteps, NonlinearProblem, SNESSolver, Tie, compat
+from raymortar import LoadSteps, NonlinearProblem, SNESSolver, Tie
+from raymortar.core import compat
 
 E, NU = 900.0, 0.25
 

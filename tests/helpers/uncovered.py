@@ -6,8 +6,8 @@ import ufl
 from dolfinx import fem
 from dolfinx.fem.petsc import assemble_matrix
 
-from raymortar import compat
-from raymortar.discretization.facets import shape_functions
+from raymortar.core import compat
+from raymortar.core.discretization.facets import shape_functions
 
 
 def uncovered_areas(contact):

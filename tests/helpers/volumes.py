@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from problems import COMM
 
-from raymortar import compat
-from raymortar.system.volume import Volume
+from raymortar.core import compat
+from raymortar.core.system.volume import Volume
 
 
 def without_what_is_kept(problem):

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from problems import COMM
 
-from raymortar import ContactError, compat, io
-from raymortar.discretization.surfaces import find_bodies
+from raymortar import ContactError, io
+from raymortar.core import compat
+from raymortar.core.discretization.surfaces import find_bodies
 
 gmsh = pytest.importorskip("gmsh")
 

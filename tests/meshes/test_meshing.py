@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshes.meshing import Block, assemble_blocks, mirrored
-from raymortar import compat
+from raymortar.core import compat
 
 COMM = MPI.COMM_WORLD
 DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}

@@ -13,7 +13,7 @@ from meshes.scenes import (
     two_cylinders,
     two_spheres,
 )
-from raymortar import compat
+from raymortar.core import compat
 
 COMM, SELF = MPI.COMM_WORLD, MPI.COMM_SELF
 DIMENSION = {"triangle": 2, "quadrilateral": 2, "tetrahedron": 3, "hexahedron": 3}

@@ -13,7 +13,7 @@ from pressed import Pressed
 from problems import COMM
 
 import raymortar
-from raymortar import compat, errors
+from raymortar.core import compat, errors
 
 pytestmark = pytest.mark.mpi
 

@@ -9,7 +9,7 @@ import pytest
 from interacting import LOWER, UPPER, three
 
 from raymortar import ContactError, ContactWarning, Penalty, SNESSolver, Stick, solvers
-from raymortar.state import State
+from raymortar.core.state import State
 
 pytestmark = pytest.mark.mpi
 

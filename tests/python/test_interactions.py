@@ -37,8 +37,8 @@ from raymortar import (
     Search,
     SNESSolver,
     Tresca,
-    compat,
 )
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 STICK, SLIP = 2, 3

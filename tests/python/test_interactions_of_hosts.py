@@ -17,8 +17,8 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    compat,
 )
+from raymortar.core import compat
 
 # Other unknowns, and other meshes
 

@@ -7,8 +7,9 @@ from gathered import concatenated
 from problems import COMM, DIMENSION
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, ContactError, compat
-from raymortar.partitions import columns, patches, sectors, strips
+from raymortar import AugmentedLagrangian, Contact, ContactError
+from raymortar.core import compat
+from raymortar.io.partitions import columns, patches, sectors, strips
 
 RANKS = pytest.mark.parametrize("ranks", [1, 2, 3, 4, 7, 8])
 

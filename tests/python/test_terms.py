@@ -7,7 +7,7 @@ import pytest
 from arriving import stacked
 
 import raymortar
-from raymortar.terms import Addition, Term, apart
+from raymortar.core.terms import Addition, Term, apart
 
 STIFFNESS = 3.0
 

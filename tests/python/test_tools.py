@@ -7,7 +7,8 @@ from dolfinx import fem
 from problems import COMM
 
 from meshes import scenes
-from raymortar import ContactError, compat, tools
+from raymortar import ContactError, tools
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 

@@ -14,7 +14,8 @@ import pytest
 from programs import ROOT
 
 import raymortar
-from raymortar import io, partitions, rigid, solvers, tools
+from raymortar import io, rigid, solvers, tools
+from raymortar.io import partitions
 from raymortar.results.sums import Resultant, Statistics
 
 FOLDER = ROOT / "docs" / "api"

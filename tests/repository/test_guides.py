@@ -14,7 +14,7 @@ import pytest
 from dolfinx import fem
 from programs import ROOT, blocks_of
 
-from raymortar.compat.generation import HAS_UFL_ELEMENTS
+from raymortar.core.compat.generation import HAS_UFL_ELEMENTS
 
 START = (
     blocks_of("docs/recipes.md", "python")[0]

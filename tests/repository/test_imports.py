@@ -17,7 +17,7 @@ def test_rooms_are_imported_on_demand():
     program = f"""
 import sys
 import raymortar
-from raymortar.hooks import hooks
+from raymortar.core.hooks import hooks
 late = ["matplotlib", *(f"raymortar.{{name}}" for name in {LATE})]
 print(*[name for name in late if name in sys.modules])
 print(bool(hooks.on_setup and hooks.keeper and hooks.linear_solver))
@@ -28,7 +28,9 @@ print(dynamics.__name__, Flux.__module__, plot.__module__)
     out = subprocess.run(run, capture_output=True, text=True, check=True).stdout
     late, hooked, found = out.splitlines()
     assert not late and hooked == "True"
-    assert found == "raymortar.dynamics raymortar.flux raymortar.plotting.picture"
+    assert (
+        found == "raymortar.dynamics raymortar.fluxes.flux raymortar.plotting.picture"
+    )
 
 
 @pytest.mark.quick

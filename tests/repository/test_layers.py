@@ -88,19 +88,22 @@ CPP = [
 # Imports within functions and those of types count too
 PYTHON = [
     (
-        "interface/a.py",
+        "core/interface/a.py",
         "if TYPE_CHECKING:\n    from ..contact import Contact",
         "imports contact, above it",
     ),
-    ("discretization/a.py", "from ..paths.b import c", "imports paths, above it"),
-    ("discretization/a.py", "from .. import contact", "imports contact, above it"),
+    ("core/problem.py", "from ..paths.b import c", "imports paths, above it"),
+    ("core/problem.py", "from .. import tools", "imports tools, above it"),
+    ("core/discretization/a.py", "from .. import contact", "imports contact, above it"),
     (
-        "compat/a.py",
+        "core/compat/a.py",
         "def f():\n    from ..discretization import b",
         "imports discretization, above it",
     ),
+    ("results/a.py", "from ..paths import b", "imports paths, above it"),
     ("extra.py", "", "extra is not one of"),
-    ("contact.py", "# theory (9.9)", "cites theory (9.9)"),
+    ("core/extra.py", "", "extra is not one of"),
+    ("core/contact.py", "# theory (9.9)", "cites theory (9.9)"),
 ]
 FAULTS = [("cpp", *fault) for fault in CPP] + [("python", *fault) for fault in PYTHON]
 
@@ -117,36 +120,18 @@ def test_what_is_not_allowed_is_named(tmp_path, language, name, text, complaint)
 def test_rooms_may_import_from_the_same_room_and_below(tmp_path):
     """Types, too."""
     text = (
-        "from . import b\nfrom ..discretization.c import d\n"
+        "from . import b\nfrom ... import _cpp\nfrom ..discretization.c import d\n"
         "if TYPE_CHECKING:\n    from ..discretization.e import F"
     )
-    tree = make_tree(tmp_path, {"python/raymortar/interface/a.py": text})
+    tree = make_tree(tmp_path, {"python/raymortar/core/interface/a.py": text})
     assert check(tree) == (0, "")
 
 
-BREAK = {
-    "python/raymortar/problem.py": "from .tie import held",
-    "python/raymortar/tie.py": "",
-}
-
-
-@pytest.mark.parametrize(
-    "files, complaint",
-    [
-        (BREAK, "problem imports tie, a floor"),
-        ({**BREAK, "scripts/core_breaks.txt": "problem tie\n"}, ""),
-        (
-            {"scripts/core_breaks.txt": "problem tie\n"},
-            "problem imports tie no more: take it off core_breaks.txt",
-        ),
-    ],
-)
-def test_the_core_imports_no_floor_but_those_that_are_listed(
-    tmp_path, files, complaint
-):
-    """The list may only shrink: what is mended is taken off it."""
-    code, said = check(make_tree(tmp_path, files))
-    assert (code, complaint in said) == (int(bool(complaint)), True)
+def test_floors_may_import_the_core_and_lower_floors(tmp_path):
+    """A floor's modules import each other, too."""
+    text = "from ..core import contact\nfrom ..rigid import a\nfrom .b import c"
+    tree = make_tree(tmp_path, {"python/raymortar/paths/a.py": text})
+    assert check(tree) == (0, "")
 
 
 def test_an_equation_number_is_unique(tmp_path):

@@ -23,9 +23,9 @@ from raymortar import (
     Friction,
     Penalty,
     Search,
-    compat,
 )
-from raymortar.errors import ConvergenceError, require_agreement, together
+from raymortar.core import compat
+from raymortar.core.errors import ConvergenceError, require_agreement, together
 
 pytestmark = pytest.mark.mpi
 PATIENCE = 100.0  # seconds

@@ -20,8 +20,8 @@ from raymortar import (
     Penalty,
     Search,
     SNESSolver,
-    compat,
 )
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 

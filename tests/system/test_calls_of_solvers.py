@@ -10,7 +10,8 @@ from problems import COMM, SOLVERS
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, compat
+from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 

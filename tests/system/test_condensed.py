@@ -28,9 +28,9 @@ from raymortar import (
     NewtonSolver,
     SetUpError,
     SNESSolver,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 # Down and aside, shares of the height
 PATH = ((0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05))

@@ -12,8 +12,9 @@ from squeezing import homogeneous
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import ContactError, compat
-from raymortar.system import memory
+from raymortar import ContactError
+from raymortar.core import compat
+from raymortar.core.system import memory
 
 LARGEST_TAG = 2**31 - 1
 

@@ -22,8 +22,8 @@ from raymortar import (
     ConvergenceError,
     NonlinearProblem,
     Penalty,
-    compat,
 )
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.mpi, pytest.mark.quick]
 GAMMA = 50.0

@@ -34,8 +34,8 @@ from raymortar import (
     Penalty,
     Stick,
     Tresca,
-    compat,
 )
+from raymortar.core import compat
 
 # Friction patch (A7)
 

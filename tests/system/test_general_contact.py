@@ -24,9 +24,9 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     Tie,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 GAMMA = 100.0

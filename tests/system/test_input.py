@@ -24,8 +24,8 @@ from raymortar import (
     Penalty,
     Search,
     SNESSolver,
-    compat,
 )
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 PAIR = [(3, 4)]  # slave and master of `two_blocks`

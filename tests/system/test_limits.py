@@ -13,7 +13,8 @@ from problems import COMM, SOLVERS, fix, residual, worst
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, SNESSolver, compat, solvers
+from raymortar import AugmentedLagrangian, SNESSolver, solvers
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 # Solvers used to leave 145 kB, iterative ones 950 kB; now 0 and 2 over hundreds of them,

@@ -17,7 +17,8 @@ from tangents import FIRST_STEPS, is_first_order, is_second_order, quiet_slopes
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import Contact, ContactError, Coulomb, Friction, LoadSteps, compat
+from raymortar import Contact, ContactError, Coulomb, Friction, LoadSteps
+from raymortar.core import compat
 
 
 def stribeck(mu, rate=0.05, fall=0.3):

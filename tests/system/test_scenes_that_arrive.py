@@ -23,8 +23,8 @@ from slender import leaves
 
 import raymortar
 from raymortar import AugmentedLagrangian, ContactWarning
+from raymortar.core.solvers.solver import MAX_IT
 from raymortar.paths.soft_stick import SoftStick
-from raymortar.solvers.solver import MAX_IT
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 

@@ -21,7 +21,8 @@ from problems import SOLVERS, worst
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import ContactError, Coulomb, LoadSteps, Penalty, compat
+from raymortar import ContactError, Coulomb, LoadSteps, Penalty
+from raymortar.core import compat
 
 CASES = {
     "degree 1": {"degree": 1, "friction": Coulomb(0.3)},

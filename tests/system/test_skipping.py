@@ -7,8 +7,9 @@ from problems import COMM, build, stack
 from squeezing import squeezed
 
 import raymortar
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, compat
-from raymortar.system import assembly
+from raymortar import AugmentedLagrangian, Coulomb, Penalty
+from raymortar.core import compat
+from raymortar.core.system import assembly
 
 FAR = {"gaps": [0.0, 0.5]}  # out of reach of each other
 

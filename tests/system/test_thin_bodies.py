@@ -17,7 +17,8 @@ import raymortar
 from meshes.blocks import Block, rotated
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import ContactWarning, Penalty, Search, compat
+from raymortar import ContactWarning, Penalty, Search
+from raymortar.core import compat
 
 ROUNDING = 1e-12
 THICK, APART = 0.1, 0.02  # of plates

@@ -19,10 +19,10 @@ from raymortar import (
     Search,
     SNESSolver,
     Tie,
-    compat,
     rigid,
     solvers,
 )
+from raymortar.core import compat
 
 # Several masters, tags and meshes
 

@@ -26,10 +26,10 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    compat,
     rigid,
 )
-from raymortar.interface.probing import (
+from raymortar.core import compat
+from raymortar.core.gamma.probing import (
     response_of_revolution,
     stiffness_without_bulk,
     strain_response,

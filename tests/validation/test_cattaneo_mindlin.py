@@ -16,7 +16,7 @@ from problems import COMM, fix
 
 import raymortar
 from meshes.scenes import two_cylinders
-from raymortar import compat
+from raymortar.core import compat
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 

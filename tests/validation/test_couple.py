@@ -25,9 +25,9 @@ from raymortar import (
     Penalty,
     SNESSolver,
     Tresca,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 MU, PRESS, SLIDE, STEPS = 0.3, 0.02, 0.05, 8
 SLAVE, TOP = 1, 2

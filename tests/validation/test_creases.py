@@ -15,7 +15,8 @@ from folding import SKIN, closed_hinge, hinge
 from problems import COMM
 from tangents import Branch, is_second_order, remainders_of, slopes
 
-from raymortar import Contact, Coulomb, Penalty, compat
+from raymortar import Contact, Coulomb, Penalty
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 GAMMA = 50.0

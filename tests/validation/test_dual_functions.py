@@ -16,8 +16,9 @@ from dolfinx import fem
 from problems import COMM, DIMENSION
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, compat
-from raymortar.system.condensation import Condensation
+from raymortar import Contact
+from raymortar.condensed.condensation import Condensation
+from raymortar.core import compat
 
 ONE, HALF = Fraction(1), Fraction(1, 2)
 # Polynomials of the reference coordinates: coefficients by exponents

@@ -23,8 +23,8 @@ from raymortar import (
     NonlinearProblem,
     Search,
     SetUpError,
-    compat,
 )
+from raymortar.core import compat
 
 CONDUCTIVITY, HOT = {"0": 4.0, "1": 1.0}, 100.0
 

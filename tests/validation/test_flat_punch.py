@@ -19,7 +19,8 @@ from problems import COMM, fix
 from meshes.blocks import mirrored
 from meshes.graded import PoleGrid, box_blocks
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
+from raymortar import Contact, NonlinearProblem, SNESSolver, rigid
+from raymortar.core import compat
 
 E, NU, RADIUS, DEPTH = 1000.0, 0.3, 1.0, 1e-3
 E_STAR = E / (1.0 - NU**2)

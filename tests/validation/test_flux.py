@@ -20,9 +20,9 @@ from raymortar import (
     Penalty,
     SNESSolver,
     Tie,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 CONDUCTIVITY = {"0": 4.0, "1": 1.0}
 HOT, DEPTH = 100.0, 0.02

@@ -12,15 +12,8 @@ from friction_states import FrictionCase, check_regime, law_for, set_both
 from states import Case, name_of
 from tangents import is_first_order, is_second_order
 
-from raymortar import (
-    AugmentedLagrangian,
-    Contact,
-    Coulomb,
-    Penalty,
-    ToolField,
-    compat,
-    rigid,
-)
+from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, ToolField, rigid
+from raymortar.core import compat
 
 
 def smooth_cases():

@@ -15,9 +15,10 @@ from problems import COMM
 
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import Contact, Penalty, compat
-from raymortar.discretization.ranks import index_among
-from raymortar.interface.zone_data import global_masters
+from raymortar import Contact, Penalty
+from raymortar.core import compat
+from raymortar.core.discretization.ranks import index_among
+from raymortar.core.interface.zone_data import global_masters
 
 SKIN, LENGTH, FACING, DOUBT, MOST = 1, 6.0, 0.2, 1e-9, 600
 # Cell, thickness, cells along, states: the second wall is thinner than its facets. And

@@ -16,7 +16,7 @@ from problems import COMM
 
 import raymortar
 from meshes import ironing
-from raymortar.partitions import strips
+from raymortar.io.partitions import strips
 
 MODELS = str(Path(__file__).resolve().parents[2] / "benchmarks")
 PRESS, SLIDE, END = 20, 100, 1.2

@@ -15,9 +15,9 @@ from raymortar import (
     Coulomb,
     NonlinearProblem,
     SNESSolver,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 # Unit-free, and steel in metres: length and modulus
 UNITS = {"unit-free": (1.0, 1.0), "SI": (4.0, 2e11)}

@@ -17,7 +17,7 @@ from manufactured_scenes import SLIDE, TAGS, on_rigid
 from materials import MATERIALS
 
 import raymortar
-from raymortar import compat
+from raymortar.core import compat
 
 REST = Motion()
 ALL = {

@@ -33,8 +33,8 @@ from raymortar import (
     Contact,
     NonlinearProblem,
     Penalty,
-    compat,
 )
+from raymortar.core import compat
 
 FACTORS = (0.1, 1.0, 10.0)  # times E / h
 STIFF = 1000.0

@@ -23,9 +23,9 @@ from raymortar import (
     NonlinearProblem,
     SetUpError,
     SNESSolver,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 E, NU = 1000.0, 0.3
 E_STAR = E / (1.0 - NU**2)

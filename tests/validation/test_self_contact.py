@@ -18,7 +18,8 @@ from states import Case, name_of
 from tangents import contact_pairs, is_second_order, quiet_slopes, remainders_of, slopes
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, Coulomb, NonlinearProblem, Penalty, compat, rigid
+from raymortar import Contact, Coulomb, NonlinearProblem, Penalty, rigid
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 GAMMA = 50.0

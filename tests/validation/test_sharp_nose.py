@@ -7,15 +7,8 @@ import pytest
 from dolfinx import fem
 from strips import neo_hookean, strip, tag_where
 
-from raymortar import (
-    Contact,
-    Coulomb,
-    LoadSteps,
-    NonlinearProblem,
-    SNESSolver,
-    compat,
-    rigid,
-)
+from raymortar import Contact, Coulomb, LoadSteps, NonlinearProblem, SNESSolver, rigid
+from raymortar.core import compat
 
 # Unit-free, and steel in metres
 UNITS = {"unit-free": (1.0, 1.0), "SI": (1e-3, 2e11)}

@@ -12,7 +12,8 @@ from states import CLOSED, NONE, Case, is_quick, name_of
 from tangents import COLUMN_TOLERANCE, DECADES, check_columns, slopes, taylor_remainders
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, Penalty, Search, compat
+from raymortar import AugmentedLagrangian, Contact, Penalty, Search
+from raymortar.core import compat
 
 # Largest steps to try; facets are 0.22 to 1 wide
 FIRST_STEPS = 10.0 ** np.array([-2.5, -3.0, -3.5])

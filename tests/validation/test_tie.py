@@ -27,7 +27,8 @@ from tying import (
 from uncovered import boundary_of, load_of_the_rest
 
 from meshes.scenes import two_blocks
-from raymortar import NonlinearProblem, Penalty, Tie, compat
+from raymortar import NonlinearProblem, Penalty, Tie
+from raymortar.core import compat
 
 TOLERANCE = 1e-10
 

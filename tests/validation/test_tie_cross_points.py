@@ -83,7 +83,7 @@ def test_the_matrix_is_regular_at_a_cross_point(degree, monkeypatch):
 
     assert least()[-1] > 1e-6
     monkeypatch.setattr(
-        raymortar.system.assembly,
+        raymortar.core.system.assembly,
         "crossing",
         lambda tie, _: [
             np.zeros(len(zone.facets.slave_surface.dofs), np.int8) for zone in tie.zones

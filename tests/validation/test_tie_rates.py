@@ -10,8 +10,9 @@ from problems import COMM, fix
 from tying import NU, E, outer
 
 from meshes.scenes import two_blocks
-from raymortar import NonlinearProblem, SNESSolver, Tie, compat
-from raymortar.discretization.facets import shape_functions
+from raymortar import NonlinearProblem, SNESSolver, Tie
+from raymortar.core import compat
+from raymortar.core.discretization.facets import shape_functions
 
 # J2: rates
 

@@ -25,9 +25,9 @@ from raymortar import (
     Penalty,
     SNESSolver,
     Tie,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 from raymortar.tools import prescribe, vector_space
 
 ROOT = Path(__file__).parents[2]

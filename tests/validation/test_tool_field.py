@@ -16,10 +16,10 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     ToolField,
-    compat,
     rigid,
     tools,
 )
+from raymortar.core import compat
 
 CAPACITY, DT = 2.0, 0.1  # of the slab per volume; of each step
 

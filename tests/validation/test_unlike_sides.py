@@ -17,15 +17,8 @@ from fluxes import prescribe
 from hosts import LOWER, UPPER
 from problems import DIMENSION, SOLVERS, worst
 
-from raymortar import (
-    AugmentedLagrangian,
-    FieldProblem,
-    FieldTie,
-    Flux,
-    Penalty,
-    Tie,
-    compat,
-)
+from raymortar import AugmentedLagrangian, FieldProblem, FieldTie, Flux, Penalty, Tie
+from raymortar.core import compat
 
 GAMMA = 1e3
 WAYS = {

@@ -21,9 +21,9 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     Wear,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 K, PUSH, SLIDE = 0.3, 0.05, 0.02  # a slab of modulus 1 and height 1

@@ -11,20 +11,20 @@ from petsc4py import PETSc
 import numpy as np
 from dolfinx.fem import FunctionSpace
 
-from .. import compat
-from ..compat import Array
-from ..contact import Contact
-from ..convergence.convergence import cycle_length
-from ..discretization.ranks import sums_at
-from ..errors import ContactError, ConvergenceError, SetUpError, format_point
-from ..finding import placed
-from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import CLOSED
-from ..interface.probing import VolumePattern
-from ..interface.slave_nodes import corners_between
-from ..interface.stiffness import contact_stiffness, stiffness_ratios
-from ..interface.zone_data import ZoneData
-from ..problem import CoupledProblem
+from ..core import compat
+from ..core.compat import Array
+from ..core.contact import Contact
+from ..core.convergence.convergence import cycle_length
+from ..core.discretization.ranks import sums_at
+from ..core.errors import ContactError, ConvergenceError, SetUpError, format_point
+from ..core.finding import placed
+from ..core.gamma.probing import VolumePattern
+from ..core.gamma.stiffness import contact_stiffness, stiffness_ratios
+from ..core.interface.contact_surfaces import ContactSurfaces
+from ..core.interface.point_results import CLOSED
+from ..core.interface.slave_nodes import corners_between
+from ..core.interface.zone_data import ZoneData
+from ..core.problem import CoupledProblem
 from .inverted import most_compressed
 from .lost_contact import far_on_springs, loose_bodies, unheld
 

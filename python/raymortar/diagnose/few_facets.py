@@ -9,13 +9,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Indices
-from ..discretization.surfaces import Bodies, bodies_of_facets
-from ..finding import Finding, placed
-from ..interface.point_results import CLOSED, OPEN
-from ..interface.stiffness import rounding_force
-from ..interface.zone_data import ZoneData
-from ..problem import CoupledProblem
+from ..core.compat import Array, Indices
+from ..core.discretization.surfaces import Bodies, bodies_of_facets
+from ..core.finding import Finding, placed
+from ..core.gamma.stiffness import rounding_force
+from ..core.interface.point_results import CLOSED, OPEN
+from ..core.interface.zone_data import ZoneData
+from ..core.problem import CoupledProblem
 from .narrow import forces_on_facets, undeformed_middles
 
 # Work of the law's residuals, over that of the bodies, from which on forces change with

@@ -6,24 +6,19 @@ from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..contact import Contact
-from ..finding import Finding, placed
-from ..interaction import Interaction
-from ..interface.pairs import in_other_order
-from ..interface.point_results import CLOSED, Status
-from ..interface.slave_nodes import are_inside_flats
-from ..interface.stiffness import (
-    NO_PRESSURE,
-    mean_facet_size,
-    rounding_force,
-    stiffness_ratios,
-)
-from ..interface.straight_facets import ALLOWED, CURVED
-from ..interface.zone_data import ZoneData
-from ..options.methods import AugmentedLagrangian, Penalty
-from ..problem import CoupledProblem
+from ..core.compat import Array, Mask
+from ..core.contact import Contact
+from ..core.finding import Finding, placed
+from ..core.gamma.stiffness import NO_PRESSURE, rounding_force, stiffness_ratios
+from ..core.interaction import Interaction
+from ..core.interface.pairs import in_other_order
+from ..core.interface.point_results import CLOSED, Status
+from ..core.interface.slave_nodes import are_inside_flats
+from ..core.interface.zone_data import ZoneData, mean_facet_size
+from ..core.options.methods import AugmentedLagrangian, Penalty
+from ..core.problem import CoupledProblem
 from ..rigid.body import Body
+from ..smooth.straight_facets import ALLOWED, CURVED
 from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells

@@ -9,13 +9,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
-from ..compat import Array
-from ..discretization.facets import coordinates, match_points
-from ..discretization.joined import parts_of, places_of
-from ..errors import format_point
-from ..finding import Finding, placed
-from ..interaction import Interaction
+from ..core import compat
+from ..core.compat import Array
+from ..core.discretization.facets import coordinates, match_points
+from ..core.discretization.joined import parts_of, places_of
+from ..core.errors import format_point
+from ..core.finding import Finding, placed
+from ..core.interaction import Interaction
 
 # Ratio of the Jacobians below which a cell is inside out: at sharp corners linear
 # elasticity turns single cells over by less

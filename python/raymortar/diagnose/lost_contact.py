@@ -12,15 +12,15 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..convergence.balance import EPS, largest_by
-from ..discretization.ranks import ends_of
-from ..discretization.surfaces import bodies_of_facets
-from ..errors import format_point
-from ..interaction import Interaction
-from ..interface.point_results import CLOSED, OPEN
-from ..interface.zone_data import Path, ZoneData, path
-from ..problem import CoupledProblem
+from ..core.compat import Array, Mask
+from ..core.convergence.balance import EPS, largest_by
+from ..core.discretization.ranks import ends_of
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.errors import format_point
+from ..core.interaction import Interaction
+from ..core.interface.point_results import CLOSED, OPEN
+from ..core.interface.zone_data import Path, ZoneData, path
+from ..core.problem import CoupledProblem
 from .tools import have_gone_through
 
 # Value of a point's ``ray`` where the master is too deep, see `Contact.points`

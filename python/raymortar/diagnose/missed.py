@@ -10,17 +10,17 @@ from mpi4py import MPI
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..compat import Array, Indices
-from ..convergence.balance import largest_by
-from ..discretization.facets import facet_nodes
-from ..discretization.ranks import ends_of, of_all
-from ..discretization.surfaces import Surface
-from ..errors import format_point, warn
-from ..interaction import Interaction
-from ..interface.point_results import OPEN
-from ..interface.zone_data import ZoneData, positions, unit_normals
-from ..problem import CoupledProblem
-from ..target import Target
+from ..core.compat import Array, Indices
+from ..core.convergence.balance import largest_by
+from ..core.discretization.facets import facet_nodes
+from ..core.discretization.ranks import ends_of, of_all
+from ..core.discretization.surfaces import Surface
+from ..core.errors import format_point, warn
+from ..core.interaction import Interaction
+from ..core.interface.point_results import OPEN
+from ..core.interface.zone_data import ZoneData, positions, unit_normals
+from ..core.problem import CoupledProblem
+from ..core.target import Target
 from ..rigid.turning import rotation_matrix
 from .tools import AROUND, cast
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from dolfinx.fem import FunctionSpace
 
-from ..compat import Array, Mask
-from ..discretization.ranks import sums_at
-from ..finding import placed
-from ..interface.point_results import CLOSED
-from ..interface.zone_data import ZoneData
+from ..core.compat import Array, Mask
+from ..core.discretization.ranks import sums_at
+from ..core.finding import placed
+from ..core.interface.point_results import CLOSED
+from ..core.interface.zone_data import ZoneData
 
 # Angle between the normals of two facets from which forces jump by more than a few percent
 # (docs/measured/few_facets). Degrees

@@ -7,11 +7,17 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..errors import BodyLeft, ContactLost, ConvergenceError, raise_everywhere, warn
-from ..finding import Finding
-from ..interaction import Interaction
-from ..problem import CoupledProblem
-from ..target import LARGEST_TURN
+from ..core.errors import (
+    BodyLeft,
+    ContactLost,
+    ConvergenceError,
+    raise_everywhere,
+    warn,
+)
+from ..core.finding import Finding
+from ..core.interaction import Interaction
+from ..core.problem import CoupledProblem
+from ..core.target import LARGEST_TURN
 from .failure import describe
 from .findings import DEEP, deepest_on_tools, findings
 from .lost_contact import lost_contact

@@ -9,17 +9,17 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
-from ..compat import Indices, Mask
-from ..discretization.facets import middle_normals, units
-from ..discretization.surfaces import facet_lengths
-from ..errors import SetUpError
-from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.overlap import of_hit_masters
-from ..interface.pairs import in_other_order
-from ..interface.point_results import OPEN
-from ..interface.slave_nodes import FLAT, fixed_components
-from ..interface.zone_data import ZoneData
+from ..core import compat
+from ..core.compat import Indices, Mask
+from ..core.discretization.facets import middle_normals, units
+from ..core.discretization.surfaces import facet_lengths
+from ..core.errors import SetUpError
+from ..core.interface.contact_surfaces import ContactSurfaces
+from ..core.interface.pairs import in_other_order
+from ..core.interface.point_results import OPEN
+from ..core.interface.slave_nodes import FLAT, fixed_components
+from ..core.interface.zone_data import ZoneData
+from .overlap import of_hit_masters
 
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
 # which the master may balance these: at 1.5 Newton's method fails on flat surfaces; at

@@ -8,12 +8,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
-from ..discretization.surfaces import bodies_of_facets
-from ..finding import Finding
-from ..interaction import Interaction
-from ..interface.point_results import CLOSED
-from ..problem import CoupledProblem
+from ..core.compat import Array
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.finding import Finding
+from ..core.interaction import Interaction
+from ..core.interface.point_results import CLOSED
+from ..core.problem import CoupledProblem
 from .lost_contact import AXES, free_axes
 
 # Sum of the squared cosines between normals and a direction, of all closed points, below

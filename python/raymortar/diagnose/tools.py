@@ -15,12 +15,12 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..discretization.facets import N_CORNERS, facet_nodes
-from ..interaction import Interaction
-from ..interface.point_results import CLOSED
-from ..interface.zone_data import ZoneData, positions, unit_normals
-from ..target import Target
+from ..core.compat import Array, Mask
+from ..core.discretization.facets import N_CORNERS, facet_nodes
+from ..core.interaction import Interaction
+from ..core.interface.point_results import CLOSED
+from ..core.interface.zone_data import ZoneData, positions, unit_normals
+from ..core.target import Target
 from ..rigid.turning import directions_across, rotation_matrix, rotation_vector
 
 # Depth inside a tool that contact does not leave, of the depth that counts as contact: a

@@ -11,11 +11,11 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 
-from ..compat import Array
-from ..contact import Contact
-from ..errors import warn
-from ..interface.point_results import CLOSED, Status
-from ..problem import CoupledProblem
+from ..core.compat import Array
+from ..core.contact import Contact
+from ..core.errors import warn
+from ..core.interface.point_results import CLOSED, Status
+from ..core.problem import CoupledProblem
 
 # Solves under other loads from one state: two may be a load and the way to it
 SEVERAL = 3

@@ -11,10 +11,10 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 
-from ..compat import Array
-from ..discretization.forms import functional
-from ..problem import CoupledProblem
-from ..state import Quantity, of_array, of_function
+from ..core.compat import Array
+from ..core.discretization.forms import functional
+from ..core.problem import CoupledProblem
+from ..core.state import Quantity, of_array, of_function
 from .motion import End, Motion, Rest
 from .moving_bodies import MovingBodies
 from .schemes import Midpoint

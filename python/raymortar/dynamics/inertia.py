@@ -11,12 +11,12 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from .. import compat
-from ..compat import Array, Mask
-from ..contact import Contact, one_or_several
-from ..discretization.forms import check_form
-from ..discretization.ranks import destroy
-from ..errors import (
+from ..core import compat
+from ..core.compat import Array, Mask
+from ..core.contact import Contact, one_or_several
+from ..core.discretization.forms import check_form
+from ..core.discretization.ranks import destroy
+from ..core.errors import (
     ContactError,
     SetUpError,
     choice,
@@ -25,9 +25,9 @@ from ..errors import (
     together,
     warn,
 )
-from ..interface.probing import product
-from ..system.entries import without_zeros
-from ..system.kept_forms import Inputs, inputs_of
+from ..core.gamma.probing import product
+from ..core.system.entries import without_zeros
+from ..solvers.kept_forms import Inputs, inputs_of
 from .massless import RULES, coupled_mass, replacement
 
 MASSES = (*RULES, "consistent")

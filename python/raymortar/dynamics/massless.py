@@ -9,11 +9,11 @@ from petsc4py import PETSc
 import numpy as np
 from dolfinx.fem.petsc import assemble_matrix
 
-from ..compat import Array, Indices, Mask
-from ..discretization.layout import CoupledRows
-from ..discretization.ranks import marked_everywhere
-from ..errors import SetUpError, format_point, together
-from ..system.entries import in_own_rows, joined, values_at
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.layout import CoupledRows
+from ..core.discretization.ranks import marked_everywhere
+from ..core.errors import SetUpError, format_point, together
+from ..core.system.entries import in_own_rows, joined, values_at
 
 # Layers of cells around a node in which neighbours are looked for
 MOST_LAYERS = 4

@@ -12,13 +12,13 @@ from petsc4py import PETSc
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array, Indices, Mask
-from ..discretization.ranks import destroy
-from ..discretization.unknowns import Lacking
-from ..errors import ConvergenceError, raise_everywhere
-from ..problem import CoupledProblem
-from ..state import Quantity, of_function
-from ..terms import Term
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.ranks import destroy
+from ..core.discretization.unknowns import Lacking
+from ..core.errors import ConvergenceError, raise_everywhere
+from ..core.problem import CoupledProblem
+from ..core.state import Quantity, of_function
+from ..core.terms import Term
 from .inertia import Inertia, owned_values
 from .schemes import GeneralizedAlpha, Midpoint, Scheme, StepEquation, end_of_step
 

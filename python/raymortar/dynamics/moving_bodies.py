@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import ContactError
+from ..core.compat import Array
+from ..core.errors import ContactError
+from ..core.state import Quantity, of_array
 from ..rigid.body import Body
 from ..rigid.turning import rotation_matrix
-from ..state import Quantity, of_array
 from .schemes import Midpoint, Scheme, StepEquation, end_of_step, velocity_in_step
 
 

@@ -6,8 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..compat import Array
-from ..errors import ContactError, Options, is_real_number, is_whole_number, positive
+from ..core.compat import Array
+from ..core.errors import (
+    ContactError,
+    Options,
+    is_real_number,
+    is_whole_number,
+    positive,
+)
 from ..paths.load_path import PrescribedPath, StepSizes
 
 

@@ -11,9 +11,8 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from ..diagnose.lost_contact import passed_surfaces
-from ..discretization.forms import check_functional
-from ..errors import (
+from ..core.discretization.forms import check_functional
+from ..core.errors import (
     ContactError,
     ConvergenceError,
     described,
@@ -23,15 +22,16 @@ from ..errors import (
     require_agreement,
     together,
 )
+from ..core.state import Owner, Quantity, State
+from ..diagnose.lost_contact import passed_surfaces
 from ..paths.history import History
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.output import LoadStep, Output, Progress
 from ..paths.strategies import Strategies
-from ..state import Owner, Quantity, State
 from .account import Account, Energy
 from .inertia import Inertia
-from .motion import End, Motion, InertiaTerm
+from .motion import End, InertiaTerm, Motion
 from .moving_bodies import MovingBodies
 from .schemes import (
     SCHEMES,

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import ConvergenceError
-from ..state import State
+from ..core.compat import Array
+from ..core.errors import ConvergenceError
+from ..core.state import State
 from .controls import ArcLength
 from .led_paths import TOLERANCE, Change, LedPath
 

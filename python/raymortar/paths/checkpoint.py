@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
-from .. import compat
-from ..compat import Array
-from ..discretization.joined import parts_of
-from ..errors import (
+from ..core import compat
+from ..core.compat import Array
+from ..core.discretization.joined import parts_of
+from ..core.errors import (
     ContactError,
     is_real_number,
     new_file,
@@ -21,10 +21,10 @@ from ..errors import (
     require_agreement,
     together,
 )
-from ..options.methods import AugmentedLagrangian
-from ..problem import CoupledProblem
-from ..solvers.solver import require_problem
-from ..state import Owners, Quantity, State, of_function
+from ..core.options.methods import AugmentedLagrangian
+from ..core.problem import CoupledProblem
+from ..core.solvers.solver import require_problem
+from ..core.state import Owners, Quantity, State, of_function
 from . import facet_tables
 from .history import History
 from .output import by_mesh

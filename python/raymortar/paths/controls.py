@@ -11,9 +11,9 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .. import compat
-from ..compat import Array, Indices
-from ..errors import (
+from ..core import compat
+from ..core.compat import Array, Indices
+from ..core.errors import (
     ContactError,
     Options,
     described,

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..interface.point_results import OPEN, pressures
-from ..state import State
-from ..interface.stiffness import mean_facet_size
-from ..interface.zone_data import ZoneData
-from ..options.methods import Penalty
-from ..problem import CoupledProblem
+from ..core.compat import Array
+from ..core.interface.point_results import OPEN, pressures
+from ..core.interface.zone_data import ZoneData, mean_facet_size
+from ..core.options.methods import Penalty
+from ..core.problem import CoupledProblem
+from ..core.state import State
 from ..results.sums import resultant_on, slip_work, work_on_gaps
 from .load_path import PrescribedPath
 from .patch_columns import rigid_bodies
@@ -101,10 +100,14 @@ class _Facets:
 
 @dataclass(frozen=True)
 class _End:
-    """Forces, places and energies at one end of a step."""
+    """Forces, places and energies at one end of a step.
+
+    `unbalanced` has what the solve left of forces, in absolute value.
+    """
 
     volume: Array
     tractions: Array
+    unbalanced: Array
     supplied: list[tuple[Array, Array]]
     stored: float
     ripple: float
@@ -148,6 +151,7 @@ def balance_of_step(
     through_contact = float(last.tractions @ du)
     carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
+    left = problem.comm.allreduce(float((first.unbalanced + last.unbalanced) @ abs(du)))
     frictional = [one for one in contact.contacts if one.friction is not None]
     taken = sum(max(slip_work(one.surfaces.zones), 0.0) for one in frictional)
     taken += last.stored - first.stored
@@ -157,7 +161,7 @@ def balance_of_step(
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
         ripple=first.ripple + last.ripple,
         held=problem.comm.allreduce(carried),
-        rounding=max(map(_rounding, contact.parts)),
+        rounding=left + max(map(_rounding, contact.parts)),
     )
 
 
@@ -176,6 +180,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     tractions = rows[contact.unknowns.u_owned].copy()
     vector.destroy()
     supplied = _supplied(problem, tractions + volume, of_begin)
+    unbalanced = np.where(problem.constrained, 0.0, np.abs(tractions + volume))
     stored, ripple, facets = 0.0, 0.0, []
     for one in contact.contacts:
         # Energy in springs of friction is in the work of slips
@@ -188,7 +193,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
                 ripple += work_on_gaps(one.zones)
             for zone in one.zones:
                 facets.append(_facets(zone, closes))
-    return _End(volume, tractions, supplied, stored, ripple, facets)
+    return _End(volume, tractions, unbalanced, supplied, stored, ripple, facets)
 
 
 def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:

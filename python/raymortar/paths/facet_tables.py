@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from .. import compat
-from ..compat import Array
-from ..discretization.facets import FACETS_PER_CELL, facet_nodes, shape_functions
-from ..discretization.joined import parts_of, places_of
-from ..interface.zone_data import SpringPoints, ZoneData
-from ..state import Quantity
+from ..core import compat
+from ..core.compat import Array
+from ..core.discretization.facets import FACETS_PER_CELL, facet_nodes, shape_functions
+from ..core.discretization.joined import parts_of, places_of
+from ..core.interface.zone_data import SpringPoints, ZoneData
+from ..core.state import Quantity
 from .tables import Rows, Table
 
 

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import ufl
 
-from ..compat import Array
-from ..discretization.forms import check_functional, check_supports, functional
-from ..errors import (
+from ..core.compat import Array
+from ..core.discretization.forms import check_functional, check_supports, functional
+from ..core.errors import (
     ContactError,
     is_real_number,
     is_truth_value,
@@ -26,11 +26,11 @@ from ..errors import (
     together,
     writing,
 )
-from ..options.methods import Penalty
-from ..problem import CoupledProblem
+from ..core.options.methods import Penalty
+from ..core.problem import CoupledProblem
+from ..core.solvers.solver import require_problem
+from ..core.state import Quantity
 from ..results.sums import Resultant
-from ..solvers.solver import require_problem
-from ..state import Quantity
 from .patch_columns import (
     BodyColumns,
     Part,

@@ -13,15 +13,15 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .. import compat
-from ..compat import Array, Mask
-from ..convergence.balance import EPS
+from ..core import compat
+from ..core.compat import Array, Mask
+from ..core.convergence.balance import EPS
+from ..core.discretization.ranks import largest
+from ..core.errors import ConvergenceError, raise_everywhere, require_agreement
+from ..core.solvers.solver import forwarded
+from ..core.state import State
 from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
-from ..discretization.ranks import largest
-from ..errors import ConvergenceError, raise_everywhere, require_agreement
-from ..solvers.solver import forwarded
-from ..state import State
 from .controls import DisplacementControl, mean_weights
 from .load_path import PrescribedPath
 

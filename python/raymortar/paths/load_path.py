@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..errors import (
+from ..core.compat import Array, Mask
+from ..core.errors import (
     ContactError,
     described,
     is_one_of,
@@ -17,9 +17,9 @@ from ..errors import (
     is_truth_value,
     is_whole_number,
 )
-from ..problem import CoupledProblem
-from ..solvers.newton import NewtonSolver, SNESSolver
-from ..state import State
+from ..core.problem import CoupledProblem
+from ..core.solvers.newton import NewtonSolver, SNESSolver
+from ..core.state import State
 from .controls import ArcLength, DisplacementControl
 from .history import History
 from .output import is_file

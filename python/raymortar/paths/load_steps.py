@@ -7,11 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
 
-from ..diagnose.failure import FAILURES, what_limits
-from ..diagnose.lost_contact import lost_contact
-from ..diagnose.missed import MastersOnPath
-from ..diagnose.outcome import Doubts
-from ..errors import (
+from ..core.errors import (
     BodyLeft,
     ContactLost,
     ConvergenceError,
@@ -20,10 +16,14 @@ from ..errors import (
     together,
     warn,
 )
-from ..state import State
+from ..core.state import State
+from ..diagnose.failure import FAILURES, what_limits
+from ..diagnose.lost_contact import lost_contact
+from ..diagnose.missed import MastersOnPath
+from ..diagnose.outcome import Doubts
+from .arc_path import ArcPath
 from .controls import ArcLength, DisplacementControl
 from .history import History
-from .arc_path import ArcPath
 from .led_paths import DisplacementPath
 from .load_path import (
     ArcSizes,

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..state import Quantity, State
+from ..core.compat import Array
+from ..core.state import Quantity, State
 from .load_path import PrescribedPath
 from .strategies import Strategies
 

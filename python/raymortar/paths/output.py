@@ -13,10 +13,10 @@ from mpi4py import MPI
 
 from dolfinx.fem import Function
 
-from .. import compat
-from ..compat.files import Entry, folder_of, read_collection, write_collection
-from ..discretization.joined import parts_of
-from ..errors import (
+from ..core import compat
+from ..core.compat.files import Entry, folder_of, read_collection, write_collection
+from ..core.discretization.joined import parts_of
+from ..core.errors import (
     ContactError,
     described,
     is_real_number,
@@ -26,10 +26,10 @@ from ..errors import (
     together,
     writing,
 )
-from ..finding import Finding
-from ..problem import CoupledProblem
+from ..core.finding import Finding
+from ..core.problem import CoupledProblem
+from ..core.solvers.solver import require_problem
 from ..results.sums import Statistics
-from ..solvers.solver import require_problem
 
 # The last resort, as it is reported
 HALVED = "half the step"

@@ -10,16 +10,16 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import compat
-from ..compat import Array
-from ..errors import ContactError, direction, vector
-from ..interface.pairs import as_label
-from ..interface.point_results import CLOSED, largest_pressure
-from ..interface.zone_data import ZoneData
-from ..problem import CoupledProblem
+from ..core import compat
+from ..core.compat import Array
+from ..core.errors import ContactError, direction, vector
+from ..core.interface.pairs import as_label
+from ..core.interface.point_results import CLOSED, largest_pressure
+from ..core.interface.zone_data import ZoneData
+from ..core.problem import CoupledProblem
+from ..core.state import Quantity, of_part
 from ..results.sums import Resultant
 from ..rigid.body import Body
-from ..state import Quantity, of_part
 
 # Label, slave surface, index of the master (None: all), and what finds the resultant
 Part = tuple[str, int, int | None, Callable[[], Resultant]]

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..core.state import State
 from ..diagnose.failure import FAILURES
-from ..state import State
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error

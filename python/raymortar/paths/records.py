@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import ContactError
+from ..core.errors import ContactError
 
 
 def numbers(row: Mapping[str, Any]) -> dict[str, float]:

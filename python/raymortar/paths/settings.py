@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import is_real_number
-from ..interface.coefficients import SAME, PairCoefficients
-from ..problem import CoupledProblem
+from ..core.compat import Array
+from ..core.errors import is_real_number
+from ..core.interface.coefficients import SAME, PairCoefficients
+from ..core.problem import CoupledProblem
+from ..core.state import Quantity
 from ..rigid.body import Body
-from ..state import Quantity
 
 
 def settings(problem: CoupledProblem, bodies: Sequence[Body]) -> Iterator[Quantity]:

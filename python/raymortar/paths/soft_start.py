@@ -10,11 +10,11 @@ from typing import Any
 
 from dolfinx.fem import Function
 
+from ..core.errors import ContactWarning, SetUpError
+from ..core.gamma.stiffness import BENDS
+from ..core.solvers.newton import NewtonSolver, SNESSolver
+from ..core.solvers.solver import temporarily
 from ..diagnose.failure import FAILURES
-from ..errors import ContactWarning, SetUpError
-from ..interface.stiffness import BENDS
-from ..solvers.newton import NewtonSolver, SNESSolver
-from ..solvers.solver import temporarily
 from .prediction import Backoff
 from .soft_stick import SoftStick
 

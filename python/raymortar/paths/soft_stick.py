@@ -12,13 +12,13 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..discretization.facets import shape_functions
-from ..discretization.surfaces import surface_areas
-from ..interface.point_results import Status
-from ..interface.zone_data import ZoneData
-from ..options.friction import Stick
-from ..terms import Term
+from ..core.compat import Array, Mask
+from ..core.discretization.facets import shape_functions
+from ..core.discretization.surfaces import surface_areas
+from ..core.interface.point_results import Status
+from ..core.interface.zone_data import ZoneData
+from ..core.options.friction import Stick
+from ..core.terms import Term
 
 # Factor on the share of slip from one tangent to the next
 HARDENS = 0.5

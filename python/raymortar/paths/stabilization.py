@@ -10,16 +10,15 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array, Mask
+from ..core.compat import Array, Mask
+from ..core.discretization.ranks import ends_of
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.errors import ConvergenceError, SetUpError, warn
+from ..core.interface.zone_data import ZoneData, mean_facet_size
+from ..core.solvers.solver import temporarily
+from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
 from ..diagnose.lost_contact import has_no_springs, motion_in_words, touched
-from ..discretization.ranks import ends_of
-from ..discretization.surfaces import bodies_of_facets
-from ..errors import ConvergenceError, SetUpError, warn
-from ..interface.stiffness import mean_facet_size
-from ..interface.zone_data import ZoneData
-from ..solvers.solver import temporarily
-from ..state import State
 from .prediction import Backoff
 from .soft_start import iterations_of
 from .viscosity import Viscosity

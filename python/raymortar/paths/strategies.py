@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from ..convergence.convergence import is_in_trouble
+from ..core.convergence.convergence import is_in_trouble
+from ..core.errors import ConvergenceError, SetUpError
+from ..core.solvers.newton import SNESSolver
+from ..core.solvers.solver import MAX_IT, temporarily
+from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
-from ..errors import ConvergenceError, SetUpError
-from ..state import State
-from ..solvers.newton import SNESSolver
-from ..solvers.solver import MAX_IT, temporarily
 from .energy_balance import Balance, balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Lessons, Prediction

@@ -18,8 +18,8 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
-from ..compat import Array
-from ..errors import ContactError, together, writing
+from ..core.compat import Array
+from ..core.errors import ContactError, together, writing
 
 Rows = npt.NDArray[np.int64]
 

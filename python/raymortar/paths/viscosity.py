@@ -13,13 +13,13 @@ import numpy as np
 import ufl
 from dolfinx import fem
 
-from .. import compat
-from ..compat import Array
+from ..core import compat
+from ..core.compat import Array
+from ..core.discretization.checks import weight
+from ..core.problem import CoupledProblem
+from ..core.system.volume import Forms
+from ..core.terms import Term
 from ..diagnose.lost_contact import largest_motions, places, rigid_motions, rigid_part
-from ..discretization.checks import weight
-from ..problem import CoupledProblem
-from ..system.volume import Forms
-from ..terms import Term
 
 # Cells that move alike are told apart by their place along a line that is askew to
 # most bodies, which counts as this share of their motion

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..interface.point_results import CLOSED, along_normal, pressures
+from ..core.compat import Array
+from ..core.interface.point_results import CLOSED, along_normal, pressures
 from ..rigid.turning import directions_across
 from .labels import AxisOptions
 from .pieces import pieces_of_one_size

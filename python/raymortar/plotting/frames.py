@@ -14,24 +14,24 @@ import ufl
 from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
-from .. import compat
-from ..compat import Array, Indices
-from ..discretization.facets import (
+from ..core import compat
+from ..core.compat import Array, Indices
+from ..core.discretization.facets import (
     FACET_SHAPE,
     cell_facet_nodes,
     facets_of_mesh,
     interpolate,
     shape_functions,
 )
-from ..interface.point_results import CLOSED, OPEN
-from ..interface.zone_data import positions
+from ..core.interface.point_results import CLOSED, OPEN
+from ..core.interface.zone_data import positions
 from ..paths.patch_columns import rigid_bodies
 from ..tools import nodal_field
 from .labels import AxisOptions
 from .tools import curves
 
 if TYPE_CHECKING:
-    from ..contact import Contact
+    from ..core.contact import Contact
 
 # Margin around bodies in which tools are drawn, as a share of the larger side, in 2D
 # and in 3D. Wires need a larger one to show the tool's shape

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import ContactError, is_real_number
-from ..interface.pairs import Pair
+from ..core.errors import ContactError, is_real_number
+from ..core.interface.pairs import Pair
 
 # Abscissas of drawn tractions
 ABSCISSAS = ("x", "y", "arc", "angle")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import (
+from ..core.errors import (
     ContactError,
     as_path,
     positive,
@@ -22,7 +22,7 @@ from .labels import Units
 from .picture import checked, draw, lacking, new_figure
 
 if TYPE_CHECKING:
-    from ..contact import Contact
+    from ..core.contact import Contact
 
 # Limits (axes, 2) of the two axes of a picture
 Limits = list[Any]

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
 
-from .. import compat
-from ..errors import (
+from ..core import compat
+from ..core.errors import (
     ContactError,
     as_path,
     described,
@@ -25,7 +25,7 @@ from .labels import AxisOptions, Units, pair_label
 from .tools import COLOUR
 
 if TYPE_CHECKING:
-    from ..contact import Contact
+    from ..core.contact import Contact
 
 BACKENDS = ("matplotlib", "pyvista")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
 
 # Triangles of a surface, where its polygons are fewer; parts of an edge
 MOST_PIECES, MOST_PARTS = 12_000, 32

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
+from ..core.compat import Array
 from .drawing import PRESSURE_MAP, STRESS_MAP, direction, joined, pieces_of
 from .tools import COLOUR
 

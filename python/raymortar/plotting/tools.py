@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import direction
+from ..core.compat import Array
+from ..core.errors import direction
 from ..rigid.body import Body
 from ..rigid.shapes import Cylinder, Implicit, Plane, Sphere, Torus
 from ..rigid.surface import Surface, edges_of

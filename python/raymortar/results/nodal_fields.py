@@ -10,11 +10,11 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array
-from ..errors import ContactError, raise_everywhere, together
-from ..interface import point_results as at_points
-from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.point_results import (
+from ..core.compat import Array
+from ..core.errors import ContactError, raise_everywhere, together
+from ..core.interface import point_results as at_points
+from ..core.interface.contact_surfaces import ContactSurfaces
+from ..core.interface.point_results import (
     CLOSED,
     OPEN,
     OfPoints,
@@ -22,9 +22,9 @@ from ..interface.point_results import (
     set_at_nodes,
     tractions,
 )
-from ..interface.present import PresentState
-from ..options.friction import Law
-from ..options.methods import Penalty
+from ..core.interface.present import PresentState
+from ..core.options.friction import Law
+from ..core.options.methods import Penalty
 from .points import Results
 from .sums import friction_work, stored_energy
 

@@ -12,14 +12,14 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..compat import Array
-from ..discretization.joined import parts_of
-from ..discretization.tagged import Part
-from ..errors import ContactError, as_path, is_whole_number, together, warn
-from ..interface import point_results as at_points
-from ..interface.pairs import PairTable, as_label, names_by_tag
-from ..interface.point_results import CLOSED
-from ..interface.zone_data import ZoneData
+from ..core.compat import Array
+from ..core.discretization.joined import parts_of
+from ..core.discretization.tagged import Part
+from ..core.errors import ContactError, as_path, is_whole_number, together, warn
+from ..core.interface import point_results as at_points
+from ..core.interface.pairs import PairTable, as_label, names_by_tag
+from ..core.interface.point_results import CLOSED
+from ..core.interface.zone_data import ZoneData
 from ..rigid.body import Body
 from .segments import write_segments
 from .sums import (

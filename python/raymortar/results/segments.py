@@ -17,10 +17,10 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array
-from ..errors import ContactError, writing
-from ..interface.point_results import OPEN
-from ..interface.zone_data import ZoneData, positions
+from ..core.compat import Array
+from ..core.errors import ContactError, writing
+from ..core.interface.point_results import OPEN
+from ..core.interface.zone_data import ZoneData, positions
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
 # VTK's numbers of cell types

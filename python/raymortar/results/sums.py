@@ -11,11 +11,11 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array, Indices, Mask
-from ..discretization.facets import dot
-from ..discretization.layout import CoupledRows
-from ..discretization.ranks import Communication, communication
-from ..interface.point_results import (
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.facets import dot
+from ..core.discretization.layout import CoupledRows
+from ..core.discretization.ranks import Communication, communication
+from ..core.interface.point_results import (
     CLOSED,
     OPEN,
     OfPoints,
@@ -25,7 +25,7 @@ from ..interface.point_results import (
     traction_part,
     tractions,
 )
-from ..interface.zone_data import ZoneData
+from ..core.interface.zone_data import ZoneData
 from ..rigid.body import Body
 
 

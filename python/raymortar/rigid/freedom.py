@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
-from ..compat import Array, Mask
-from ..errors import ContactError, is_real_number
+from ..core.compat import Array, Mask
+from ..core.errors import ContactError, is_real_number
 from .turning import rotation_matrix, rotation_vector
 
 # Axis of each freedom, and whether it is a rotation

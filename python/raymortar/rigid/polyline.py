@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import ContactError, format_point, truth
+from ..core.compat import Array
+from ..core.errors import ContactError, format_point, truth
 from .shapes import Vector
 from .surface import Surface, checked_points
 

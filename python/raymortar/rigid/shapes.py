@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .. import _cpp
-from ..compat import Array
-from ..errors import ContactError, direction, positive, truth, vector
+from ..core.compat import Array
+from ..core.errors import ContactError, direction, positive, truth, vector
 
 Vector = Sequence[float] | Array
 

@@ -10,8 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from .. import _cpp
-from ..compat import Array, Indices
-from ..errors import ContactError, format_point, truth, vector
+from ..core.compat import Array, Indices
+from ..core.errors import ContactError, format_point, truth, vector
 from .shapes import Shape, Vector
 
 # Facets by dimension and number of nodes: shape, degree, and the places of Gmsh's, VTK's

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .._cpp import rotation_matrix, turning
-from ..compat import Array
+from ..core.compat import Array
 
 __all__ = ["directions_across", "rotation_matrix", "rotation_vector", "turning"]
 

@@ -1,22 +1,21 @@
-"""Solvers of the coupled system: Newton's method, and iterative linear solvers.
+"""Linear solvers beyond the direct one, and what they keep.
 
-- solver: linear systems, checks and failures of both Newton solvers
-- newton: `NewtonSolver`, `SNESSolver`
-- linear: PETSc options of the linear solver of a problem
 - automatic: the solver that suits the size, and iterative ones
 - kept_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagged_factors: the factors of an earlier tangent as preconditioner
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
 - condensed: a preconditioner of condensed systems
-- petsc_objects: PETSc options, and solvers within solvers
+- kept_forms: what is kept of linear forms
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from ..errors import warn
+from ..core.errors import warn
+from ..core.solvers.linear import direct, linear_options
+from ..core.solvers.petsc_objects import attach
 from .automatic import (
     MOST_DIRECT,
     MULTIGRIDS,
@@ -33,9 +32,7 @@ from .elimination import (
 )
 from .kept_factors import KeptFactorsSolver, kept_factors
 from .lagged_factors import LaggedFactorsSolver, lagged_factors
-from .linear import direct, linear_options
 from .levels import near_nullspace, rigid_motions
-from .petsc_objects import attach
 
 __all__ = [
     "BodiesPreconditioner",

@@ -8,14 +8,20 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from .. import compat
-from ..errors import warn
-from ..problem import CoupledProblem
+from ..core import compat
+from ..core.errors import warn
+from ..core.problem import CoupledProblem
+from ..core.solvers.linear import direct, inexact
+from ..core.solvers.petsc_objects import (
+    DIRECT,
+    InnerSolvers,
+    attach,
+    kept_inside,
+    nested,
+)
 from .elimination import BodiesPreconditioner
 from .kept_factors import kept_factors
 from .lagged_factors import lagged_factors
-from .linear import direct, inexact
-from .petsc_objects import DIRECT, InnerSolvers, attach, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -141,7 +147,8 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
     elif least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
-        alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
+        names = "umfpack", "suitesparse"  # of PETSc 3.22, and before
+        alone = comm.size == 1 and any(map(PETSc.Sys.hasExternalPackage, names))
         options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
         name = "GMRES with lagged factors"
     return options, name

@@ -13,13 +13,13 @@ from scipy import sparse
 from scipy.linalg import lapack
 from scipy.sparse.linalg import LinearOperator, gmres, splu
 
-from ..compat import Array, Indices, Mask
-from ..discretization.joined import Places, unrolled
-from ..discretization.ranks import destroy
-from ..discretization.surfaces import find_bodies
-from ..errors import ContactError
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.joined import Places, unrolled
+from ..core.discretization.ranks import destroy
+from ..core.discretization.surfaces import find_bodies
+from ..core.errors import ContactError
+from ..core.solvers.petsc_objects import is_symmetric
 from .levels import NOTHING, rigid_motions
-from .petsc_objects import is_symmetric
 
 Solve = Callable[[Array], Array]
 

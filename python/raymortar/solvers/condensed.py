@@ -9,14 +9,14 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..compat import Array, Mask
-from ..discretization.joined import Places
-from ..discretization.ranks import destroy
-from ..errors import ContactError
-from ..interface.probing import product
-from ..system.condensation import ELIMINATED, Eliminated, scale
-from ..system.entries import block_diagonal, without_zeros
-from .petsc_objects import finished
+from ..condensed.condensation import ELIMINATED, Eliminated, scale
+from ..core.compat import Array, Mask
+from ..core.discretization.joined import Places
+from ..core.discretization.ranks import destroy
+from ..core.errors import ContactError
+from ..core.gamma.probing import product
+from ..core.solvers.petsc_objects import finished
+from ..core.system.entries import block_diagonal, without_zeros
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 

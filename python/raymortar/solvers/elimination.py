@@ -9,16 +9,21 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from .. import compat
-from ..compat import Array
-from ..discretization.facets import shape_functions
-from ..discretization.joined import Places, unrolled
-from ..discretization.ranks import destroy, marked_everywhere
-from ..errors import ContactError
-from ..interface.stiffness import owned_nodes_on
-from ..system.entries import block_diagonal, node_blocks
+from ..core import compat
+from ..core.compat import Array
+from ..core.discretization.facets import shape_functions
+from ..core.discretization.joined import Places, unrolled
+from ..core.discretization.ranks import destroy, marked_everywhere
+from ..core.errors import ContactError
+from ..core.gamma.stiffness import owned_nodes_on
+from ..core.solvers.petsc_objects import (
+    KnowsProblem,
+    finished,
+    inner_solver,
+    kept_inside,
+)
+from ..core.system.entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
-from .petsc_objects import KnowsProblem, finished, inner_solver, kept_inside
 
 # New levels are made when a solve needs WORN times the cycles of the first one, and
 # SPARE more: the bodies have changed then

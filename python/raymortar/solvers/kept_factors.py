@@ -9,11 +9,17 @@ from petsc4py import PETSc
 import numpy as np
 from scipy import sparse
 
-from ..discretization.joined import unrolled
-from ..discretization.ranks import destroy
+from ..core.discretization.joined import unrolled
+from ..core.discretization.ranks import destroy
+from ..core.solvers.petsc_objects import (
+    DIRECT,
+    SYMMETRIC_OR_NOT,
+    InnerSolvers,
+    kept_inside,
+    nested,
+)
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .levels import sides
-from .petsc_objects import DIRECT, SYMMETRIC_OR_NOT, InnerSolvers, kept_inside, nested
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and the largest number of solves, each for the residual left

@@ -9,9 +9,9 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..compat import Array
-from ..errors import ContactError, is_whole_number
-from .petsc_objects import (
+from ..core.compat import Array
+from ..core.errors import ContactError, is_whole_number
+from ..core.solvers.petsc_objects import (
     SYMMETRIC_OR_NOT,
     InnerSolvers,
     inner_solver,

@@ -10,13 +10,13 @@ import numpy as np
 from dolfinx.fem.petsc import assemble_matrix
 from scipy import sparse
 
-from .. import compat
-from ..compat import Array, Mask
+from ..core import compat
+from ..core.compat import Array, Mask
+from ..core.discretization.joined import unrolled
+from ..core.discretization.ranks import destroy, marked_everywhere
+from ..core.problem import CoupledProblem
+from ..core.solvers.petsc_objects import PetscOptions
 from ..diagnose.lost_contact import rigid_motions as motions_at
-from ..discretization.joined import unrolled
-from ..discretization.ranks import destroy, marked_everywhere
-from ..problem import CoupledProblem
-from .petsc_objects import PetscOptions
 
 # Degree of the polynomial that takes, on several ranks, as many iterations as SOR
 CHEBYSHEV_STEPS = 3

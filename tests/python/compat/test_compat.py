@@ -14,7 +14,7 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from meshes.from_arrays import create_mesh
-from raymortar import compat
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 

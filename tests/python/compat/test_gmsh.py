@@ -8,8 +8,8 @@ import pytest
 from gathered import concatenated
 from problems import COMM
 
-from raymortar import compat, errors
-from raymortar.partitions import columns
+from raymortar.core import compat, errors
+from raymortar.io.partitions import columns
 
 pytestmark = pytest.mark.mpi
 

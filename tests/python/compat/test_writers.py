@@ -11,7 +11,8 @@ from problems import COMM, DIMENSION, build
 from written import at_nodes
 
 from meshes.scenes import two_blocks
-from raymortar import ContactError, Coulomb, compat
+from raymortar import ContactError, Coulomb
+from raymortar.core import compat
 
 HAS_ADIOS2 = getattr(dolfinx, "has_adios2", False)  # DOLFINx 0.5 does not say
 

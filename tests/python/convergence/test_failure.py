@@ -21,8 +21,10 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     SNESSolver,
-    compat,
 )
+from raymortar.core import compat
+from raymortar.core.gamma.stiffness import stiffness_ratios
+from raymortar.core.solvers.petsc_objects import reason_in_words
 from raymortar.diagnose.failure import (
     InUse,
     describe,
@@ -32,9 +34,7 @@ from raymortar.diagnose.failure import (
     swaps,
 )
 from raymortar.diagnose.inverted import most_compressed
-from raymortar.interface.stiffness import stiffness_ratios
 from raymortar.results.sums import Statistics
-from raymortar.solvers.petsc_objects import reason_in_words
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)

@@ -21,11 +21,11 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     Penalty,
-    Status,
     SNESSolver,
-    compat,
+    Status,
     rigid,
 )
+from raymortar.core import compat
 
 
 def indented(cell, n, depth=0.03, factor=1.0, unit=1.0, **options):

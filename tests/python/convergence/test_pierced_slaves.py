@@ -18,9 +18,9 @@ from raymortar import (
     LoadSteps,
     NonlinearProblem,
     SNESSolver,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 LENGTH, HEIGHT, RADIUS, ABOVE = 2.0, 0.6, 0.2, 0.35
 TOP, BOTTOM = 1, 2

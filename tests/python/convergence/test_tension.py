@@ -21,9 +21,9 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 
 def indented(cell, n, depth=0.02, method=None, **options):

@@ -10,9 +10,9 @@ from problems import COMM, DIMENSION, stack
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import compat
-from raymortar.discretization.surfaces import connected, find_bodies
-from raymortar.discretization.tagged import _by_place, in_order
+from raymortar.core import compat
+from raymortar.core.discretization.surfaces import connected, find_bodies
+from raymortar.core.discretization.tagged import _by_place, in_order
 
 
 def bodies_of_cells(V, bodies):

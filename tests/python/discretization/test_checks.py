@@ -17,14 +17,14 @@ from boxes import (
 from dolfinx import fem
 from dolfinx import mesh as dmesh
 
-from raymortar import compat, errors
-from raymortar.discretization.checks import (
+from raymortar.core import compat, errors
+from raymortar.core.discretization.checks import (
     check_areas,
     check_cells,
     check_pair,
     check_space,
 )
-from raymortar.discretization.facets import tagged_facets
+from raymortar.core.discretization.facets import tagged_facets
 
 pytestmark = pytest.mark.mpi
 

@@ -14,9 +14,10 @@ from meshes.blocks import Block
 from meshes.hertz import two_cylinders, two_spheres
 from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import Contact, ContactError, ContactWarning, compat
-from raymortar.discretization.facets import N_CORNERS
-from raymortar.discretization.surfaces import surface_areas
+from raymortar import Contact, ContactError, ContactWarning
+from raymortar.core import compat
+from raymortar.core.discretization.facets import N_CORNERS
+from raymortar.core.discretization.surfaces import surface_areas
 
 RADIUS, CHORD = 2.0, 0.27
 

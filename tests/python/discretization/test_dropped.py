@@ -10,7 +10,7 @@ from problems import COMM, SOLVERS, build, fix
 
 from meshes.scenes import two_blocks
 from raymortar import SNESSolver, solvers
-from raymortar.discretization import ranks as dropped
+from raymortar.core.discretization import ranks as dropped
 
 pytestmark = pytest.mark.quick
 

@@ -6,7 +6,7 @@ from dolfinx import fem
 from problems import COMM
 
 from meshes.scenes import two_blocks
-from raymortar import compat
+from raymortar.core import compat
 from raymortar.plotting.frames import gather_boundary, gather_cells
 
 

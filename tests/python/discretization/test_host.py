@@ -18,7 +18,8 @@ from hosts import MU, WAYS
 from problems import COMM, SOLVERS, worst
 
 import raymortar
-from raymortar import AugmentedLagrangian, Coulomb, compat
+from raymortar import AugmentedLagrangian, Coulomb
+from raymortar.core import compat
 
 
 @pytest.mark.mpi

@@ -11,7 +11,8 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import ContactError, compat
+from raymortar import ContactError
+from raymortar.core import compat
 from raymortar.solvers import iterative
 
 # What cannot work

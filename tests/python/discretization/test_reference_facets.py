@@ -3,8 +3,13 @@
 import numpy as np
 import pytest
 
-from raymortar import _cpp, compat
-from raymortar.discretization.facets import facet_nodes, reflection, shape_functions
+from raymortar import _cpp
+from raymortar.core import compat
+from raymortar.core.discretization.facets import (
+    facet_nodes,
+    reflection,
+    shape_functions,
+)
 
 
 @pytest.mark.parametrize("degree", [1, 2])

@@ -9,7 +9,8 @@ from problems import COMM, worst
 from slave_functions import function_of
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, ContactError, Coulomb, Tresca, compat
+from raymortar import Contact, ContactError, Coulomb, Tresca
+from raymortar.core import compat
 
 # Input errors
 

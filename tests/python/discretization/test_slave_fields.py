@@ -18,15 +18,8 @@ from tangents import Pair, is_first_order, is_second_order, quiet_slopes
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import (
-    AugmentedLagrangian,
-    Contact,
-    Coulomb,
-    LoadSteps,
-    Penalty,
-    Tresca,
-    compat,
-)
+from raymortar import AugmentedLagrangian, Contact, Coulomb, LoadSteps, Penalty, Tresca
+from raymortar.core import compat
 
 
 def varying(limit):

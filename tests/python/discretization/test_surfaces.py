@@ -16,8 +16,8 @@ from boxes import (
     whole_boundary,
 )
 
-from raymortar.discretization.checks import check_areas, check_cells
-from raymortar.discretization.facets import (
+from raymortar.core.discretization.checks import check_areas, check_cells
+from raymortar.core.discretization.facets import (
     Facets,
     facet_node_table,
     facet_nodes,
@@ -25,7 +25,7 @@ from raymortar.discretization.facets import (
     shape_functions,
     tagged_facets,
 )
-from raymortar.discretization.surfaces import build_surface
+from raymortar.core.discretization.surfaces import build_surface
 
 pytestmark = pytest.mark.mpi
 

@@ -14,10 +14,10 @@ from raymortar import (
     Coulomb,
     Penalty,
     Tie,
-    compat,
     dynamics,
     tools,
 )
+from raymortar.core import compat
 from raymortar.dynamics import Midpoint, Newmark
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from problems import DIMENSION, SOLVERS, build, fix, stack
 
-from raymortar import ContactError, Penalty, compat
+from raymortar import ContactError, Penalty
+from raymortar.core import compat
 
 CELLS = ("triangle", "quadrilateral", "tetrahedron", "hexahedron")
 H = {2: 1.0 / 6.0, 3: 1.0 / 3.0}  # facets of the slave

@@ -7,9 +7,10 @@ from problems import COMM, build, fix
 from slender import belt, bent
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Penalty, compat
-from raymortar.interface.probing import VolumePattern
-from raymortar.interface.surface_compliance import NODES, SurfaceCompliance
+from raymortar import AugmentedLagrangian, Penalty
+from raymortar.core import compat
+from raymortar.core.gamma.probing import VolumePattern
+from raymortar.core.gamma.surface_compliance import NODES, SurfaceCompliance
 
 NODES_LAW = AugmentedLagrangian(condition="nodes")
 

@@ -12,7 +12,7 @@ from rotations import ROTATION
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Penalty, Search
-from raymortar.options.methods import STRATEGIES
+from raymortar.core.options.methods import STRATEGIES
 
 ROUNDING = 1e-12
 

@@ -17,9 +17,9 @@ from raymortar import (
     Flux,
     NonlinearProblem,
     ToolField,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 
 def law(T_s, T_m, p, g, v):

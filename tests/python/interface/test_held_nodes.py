@@ -13,8 +13,9 @@ from materials import MATERIALS, lame
 from problems import CELLS_2D, COMM, DIMENSION, build, fix, worst
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick, compat
-from raymortar.discretization.facets import normals, shape_functions
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, Stick
+from raymortar.core import compat
+from raymortar.core.discretization.facets import normals, shape_functions
 
 WALL = ["lower_left", "upper_left"]
 # Facets along an edge of the master and of the slave

@@ -9,8 +9,9 @@ from problems import COMM, DIMENSION, build, fix, worst
 
 from meshes.blocks import Block, rotated
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty, compat
-from raymortar.interface.coefficients import PairCoefficients, single
+from raymortar import AugmentedLagrangian, ContactError, Coulomb, Penalty
+from raymortar.core import compat
+from raymortar.core.interface.coefficients import PairCoefficients, single
 
 SOFT, HARD = 10.0, 2e5
 TAGS = {"master_0": 1, "master_1": 2, "slave_0": 3, "slave_1": 4, "bottom": 5, "top": 6}

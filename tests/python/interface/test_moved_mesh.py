@@ -7,7 +7,8 @@ from problems import COMM, build, fix, worst
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import ContactError, Penalty, compat
+from raymortar import ContactError, Penalty
+from raymortar.core import compat
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 MOVED = (

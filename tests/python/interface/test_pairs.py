@@ -22,8 +22,8 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    compat,
 )
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 LEGS, WIDTH, PITCH = 4, 0.3, 0.4

@@ -9,8 +9,8 @@ from partitions import scattered
 from problems import COMM, DIMENSION, build, cellwise, quadrature_degree
 
 from meshes.scenes import two_blocks
-from raymortar import compat
-from raymortar.interface.probing import (
+from raymortar.core import compat
+from raymortar.core.gamma.probing import (
     LARGEST_RATIO,
     deviators,
     stiffness_without_bulk,

@@ -18,7 +18,7 @@ from raymortar import (
     LoadSteps,
     SNESSolver,
 )
-from raymortar.interface.unfelt import unfelt_parts
+from raymortar.core.interface.unfelt import unfelt_parts
 
 PRESS = 4.0
 PUSH = 0.05 * PRESS  # along the surface

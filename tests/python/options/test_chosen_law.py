@@ -21,10 +21,10 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     Tie,
-    compat,
     rigid,
     tools,
 )
+from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
 OPEN = AugmentedLagrangian(condition=None)

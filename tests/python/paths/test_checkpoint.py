@@ -12,8 +12,9 @@ from dolfinx import fem
 from partitions import scattered
 from problems import COMM, worst
 
-from raymortar import AugmentedLagrangian, Checkpoint, ContactError, compat
-from raymortar.partitions import strips
+from raymortar import AugmentedLagrangian, Checkpoint, ContactError
+from raymortar.core import compat
+from raymortar.io.partitions import strips
 from raymortar.paths.tables import MARK
 
 pytestmark = pytest.mark.mpi

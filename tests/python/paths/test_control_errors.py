@@ -13,8 +13,8 @@ from raymortar import (
     ContactWarning,
     DisplacementControl,
     LoadSteps,
-    compat,
 )
+from raymortar.core import compat
 
 sys.path.append(str(Path(__file__).parents[3] / "demos"))
 

@@ -13,8 +13,8 @@ from problems import COMM
 from snapping import on_bed
 
 from raymortar import (
-    ArcLength,
     Archard,
+    ArcLength,
     Checkpoint,
     ContactError,
     Coulomb,
@@ -25,7 +25,7 @@ from raymortar import (
     SNESSolver,
     Wear,
 )
-from raymortar.partitions import strips
+from raymortar.io.partitions import strips
 from raymortar.paths.soft_start import lend_tenths
 
 pytestmark = pytest.mark.mpi

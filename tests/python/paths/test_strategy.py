@@ -13,8 +13,8 @@ from problems import SOLVERS, build, fix, worst
 
 import raymortar
 from raymortar import ContactError, ConvergenceError, SNESSolver
-from raymortar.convergence.convergence import is_hopeless, is_in_trouble
-from raymortar.errors import SetUpError
+from raymortar.core.convergence.convergence import is_hopeless, is_in_trouble
+from raymortar.core.errors import SetUpError
 from raymortar.paths.strategies import FULL, SMALL_GAMMA, VISCOUS, with_line_search
 from raymortar.solvers import iterative
 

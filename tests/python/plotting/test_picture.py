@@ -15,7 +15,8 @@ from sheared_blocks import Blocks, limit_of
 from squeezing import squeeze
 
 import raymortar
-from raymortar import ContactError, Coulomb, compat
+from raymortar import ContactError, Coulomb
+from raymortar.core import compat
 from raymortar.plotting import drawing, rendering
 from raymortar.plotting.pieces import pieces_of_one_size
 

@@ -12,7 +12,7 @@ from written import arrays
 
 import raymortar
 from raymortar import rigid
-from raymortar.discretization.facets import interpolate
+from raymortar.core.discretization.facets import interpolate
 
 pytestmark = pytest.mark.mpi
 R, DEPTH = 0.8, 0.05

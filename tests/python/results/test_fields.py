@@ -13,7 +13,8 @@ from written import arrays
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import ContactError, Coulomb, compat
+from raymortar import ContactError, Coulomb
+from raymortar.core import compat
 
 WIDTH, OVERHANG = 1.0, 0.25
 

@@ -21,9 +21,9 @@ from raymortar import (
     Coulomb,
     History,
     Penalty,
-    compat,
     rigid,
 )
+from raymortar.core import compat
 
 
 def field(x):

@@ -8,7 +8,7 @@ from problems import COMM, build, stack
 import raymortar
 from meshes.scenes import two_blocks
 from raymortar import Status
-from raymortar.options.friction import Coulomb
+from raymortar.core.options.friction import Coulomb
 
 
 @pytest.mark.quick

@@ -18,7 +18,7 @@ from raymortar import (
     SNESSolver,
     rigid,
 )
-from raymortar.errors import SetUpError
+from raymortar.core.errors import SetUpError
 
 NORMAL = {"method": AugmentedLagrangian(40.0)}
 FRICTION = NORMAL | {"friction": Coulomb(0.3)}

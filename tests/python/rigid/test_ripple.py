@@ -11,7 +11,8 @@ from problems import COMM
 
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import Contact, NonlinearProblem, SNESSolver, compat, rigid
+from raymortar import Contact, NonlinearProblem, SNESSolver, rigid
+from raymortar.core import compat
 
 LENGTH, FACETS, RADIUS, DEPTH = 6.0, 60, 1.0, 0.06
 SIZE = LENGTH / FACETS

@@ -19,10 +19,10 @@ from raymortar import (
     NewtonSolver,
     NonlinearProblem,
     SNESSolver,
-    compat,
     rigid,
 )
-from raymortar.errors import SetUpError
+from raymortar.core import compat
+from raymortar.core.errors import SetUpError
 
 LAW = {"method": AugmentedLagrangian(40.0)}
 

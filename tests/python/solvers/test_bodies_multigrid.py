@@ -21,12 +21,12 @@ from raymortar import (
     Coulomb,
     Penalty,
     SNESSolver,
-    compat,
     solvers,
 )
+from raymortar.core import compat
+from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
-from raymortar.solvers.petsc_objects import PetscOptions
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

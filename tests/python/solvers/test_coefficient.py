@@ -8,7 +8,8 @@ from problems import CELLS_2D, DIMENSION, build, worst
 from squeezing import homogeneous, squeeze, squeezed
 
 import raymortar
-from raymortar import AugmentedLagrangian, ContactError, compat
+from raymortar import AugmentedLagrangian, ContactError
+from raymortar.core import compat
 
 MAX_ITERATIONS = 8
 

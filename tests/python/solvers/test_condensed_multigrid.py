@@ -8,9 +8,10 @@ from condensing import indented, newton, pressed
 from dolfinx.fem.petsc import assemble_matrix
 from problems import COMM
 
-from raymortar import ContactError, NonlinearProblem, compat, solvers
+from raymortar import ContactError, NonlinearProblem, solvers
+from raymortar.core import compat
+from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers.condensed import NodeFrames
-from raymortar.solvers.petsc_objects import PetscOptions
 
 OPTIONS = {
     "ksp_type": "gmres",

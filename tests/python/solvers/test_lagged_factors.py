@@ -20,10 +20,10 @@ from raymortar import (
     NonlinearProblem,
     SNESSolver,
     Tie,
-    compat,
     rigid,
     solvers,
 )
+from raymortar.core import compat
 from raymortar.solvers import automatic
 from raymortar.solvers.lagged_factors import LaggedFactorsSolver
 

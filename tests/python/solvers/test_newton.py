@@ -17,7 +17,7 @@ from raymortar import (
     LoadSteps,
     SNESSolver,
 )
-from raymortar.convergence.convergence import cycle_length
+from raymortar.core.convergence.convergence import cycle_length
 
 MAX_ITERATIONS = 8
 

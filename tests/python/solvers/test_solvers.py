@@ -13,9 +13,9 @@ from raymortar import (
     FixedPointSolver,
     Penalty,
     SNESSolver,
-    compat,
     solvers,
 )
+from raymortar.core import compat
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

@@ -10,8 +10,8 @@ from problems import CELLS, DIMENSION, SOLVERS, build, fix, stack
 from volumes import assert_as_assembled, counted, disturb, without_what_is_kept
 
 import raymortar
-from raymortar import compat
-from raymortar.system import kept_forms
+from raymortar.core import compat
+from raymortar.solvers import kept_forms
 
 
 def pressed(cell, degree=1, material="linear", **options):

@@ -13,7 +13,8 @@ from dolfinx import fem
 from problems import COMM
 
 import raymortar
-from raymortar import compat, io, tools
+from raymortar import io, tools
+from raymortar.core import compat
 
 MESH = Path(__file__).parents[3] / "meshes" / "two_blocks_2d.msh"
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE

@@ -1,0 +1,5 @@
+"""Contact in the user's own unknowns.
+
+- condensed_problem: `CondensedProblem`
+- condensation: elimination of dual multipliers
+"""

@@ -1,0 +1,211 @@
+"""Lengths that are added to gaps: clearances, interferences, adjustments that make
+surfaces touch which their meshes hold apart, and tractions of an exact penalty."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from dolfinx.fem import Function
+
+from .. import compat
+from ..compat import Array
+from ..discretization.facets import facet_nodes, shape_functions
+from ..discretization.joined import parts_of
+from ..discretization.ranks import largest
+from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
+from ..discretization.thickness import Cells, thickness_behind
+from ..errors import ContactError, positive, require_agreement, together, warn
+from .contact_surfaces import ContactSurfaces
+from .point_results import nodal_average
+from .zone_data import ZoneData, mean_facet_size
+
+# Share of an interference that counts as rounding error
+_ROUNDING = 1e-6
+# Change of a gap, over the mean size of facets, from which on gaps are closed
+CLOSED_WITHIN = 1e-4
+# Solves of one step after the first one
+MOST_AUGMENTATIONS = 20
+
+
+@dataclass(frozen=True)
+class Adjustment:
+    """Changes that `Contact.adjust` has made, on all ranks.
+
+    Attributes
+    ----------
+    facets
+        Slave facets that have been adjusted.
+    largest
+        Largest change of a gap at their nodes. Length.
+    """
+
+    facets: int
+    largest: float
+
+
+class Offsets:
+    """Sets offset and adjustments of the zones of a contact. Collective.
+
+    `value` is the offset as it was given, `excess` a message on an interference for
+    which no body is thick enough, else None.
+    """
+
+    def __init__(self, surfaces: ContactSurfaces) -> None:
+        self._surfaces, self._zones = surfaces, surfaces.zones
+        self.value: FieldValue | None = None
+        self.excess: str | None = None
+
+    def set(self, offset: FieldValue) -> None:
+        """Set what is added to the gap; see `Contact.set_offset`."""
+        comm = self._surfaces.comm
+        with together(comm):
+            check_field(OFFSET, offset, self._surfaces.slave_u.function_space.mesh)
+        require_agreement(comm, offset=offset)
+        nodal = [on_facets(OFFSET, offset, zone.facets, comm) for zone in self._zones]
+        for zone, values in zip(self._zones, nodal):
+            zone.offset = values
+        self.value = offset
+        found = [self._excess_on(zone) for zone in self._zones]
+        before, self.excess = self.excess, "; ".join(filter(None, found)) or None
+        if self.excess is not None and before is None:
+            warn(self.excess)
+        for zone in self._zones:
+            zone.send_offset()
+
+    def require_start(self, within: Any) -> None:
+        """Raise unless surfaces can be adjusted by a length. Collective."""
+        with together(self._surfaces.comm):
+            if np.any(self._surfaces.u.x.array):
+                raise ContactError(
+                    "adjust is for the undeformed start, and the displacement is not "
+                    "zero: call it before the first step"
+                )
+            positive("within", within)
+        require_agreement(self._surfaces.comm, within=within)
+
+    def adjust(self, within: float) -> Adjustment:
+        """Make near surfaces just touch, after an update; see `Contact.adjust`."""
+        comm = self._surfaces.comm
+        changes = [adjustment(zone, float(within)) for zone in self._zones]
+        for zone, change in zip(self._zones, changes):
+            known = zone.adjustment
+            zone.adjustment = change if known is None else known + change
+        for zone in self._zones:
+            zone.send_offset()
+        facets = sum(int(change.any(axis=1).sum()) for change in changes)
+        most = max(float(np.abs(change).max(initial=0.0)) for change in changes)
+        return Adjustment(comm.allreduce(facets), largest(comm, most))
+
+    def _excess_on(self, zone: ZoneData) -> str | None:
+        """Message on an interference for which no body is thick enough. Collective."""
+        facets, comm = zone.facets, self._surfaces.comm
+        assert zone.offset is not None
+        overlap = largest(comm, -zone.offset)
+        # A rigid tool has no thickness that counts
+        count, parts = 1 if facets.bodies else 2, parts_of(self._surfaces.u)
+        there = min(largest(comm, side) for side in zone.thickness[:count])
+        if there < overlap:
+            on = (facets.slave_part, facets.master_part)[:count]
+            cells = [Cells(parts[k].function_space.mesh) for k in on]
+            there = min(
+                largest(comm, thickness_behind(of, side, 2.0 * overlap))
+                for of, side in zip(cells, (facets.slave, facets.master))
+            )
+        if overlap <= there * (1.0 + _ROUNDING):
+            return None
+        return (
+            f"the argument offset makes an interference of {overlap:.4g} on "
+            f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
+            "length in the unit of the mesh"
+        )
+
+
+def adjustment(zone: ZoneData, within: float) -> Array:
+    """Change of a zone's offset with which near surfaces just touch, (facets, nodes).
+
+    On each facet with points whose gap is at most `within`, a polynomial of the
+    displacement's degree is fitted to minus the gap, and raised until no point
+    overlaps. So the start is free of stress. Between points a clearance is left: the
+    part of the gap that such a polynomial cannot represent.
+    """
+    surface, points = zone.facets.slave_surface, zone.points()
+    slave, gap = points["slave"], zone.gap_without_offset(points)
+    N, _ = shape_functions(surface.shape, surface.displacement_degree, points["xi"])
+    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
+    change = np.zeros((len(surface.facet_dofs), N.shape[1]))
+    # Points come in the order of their slave facets
+    facets, first = np.unique(slave[near], return_index=True)
+    for facet, at in zip(facets, np.split(near, first[1:])):
+        # Fit the deviation from the mean: where points do not determine all nodes, the
+        # others get the mean
+        mean = -gap[at].mean()
+        fit, *_ = np.linalg.lstsq(N[at], -gap[at] - mean, rcond=1e-8)
+        above = float(np.max(-gap[at] - N[at] @ (mean + fit)))
+        change[facet] = mean + fit + max(0.0, above)
+    return change
+
+
+# Corrections after a solve
+
+
+class Correction(Protocol):
+    """Lengths at nodes that are added to gaps, until a solve agrees with them."""
+
+    def renew(self) -> float | None:
+        """Change gaps by what a solve has found; None where both agree. Collective."""
+
+
+class Augmentation:
+    """Keeps accepted tractions of a penalty, over its coefficient [theory (4.32)].
+
+    They are lengths at the slave nodes, which are added to gaps.
+    """
+
+    def __init__(self, zones: Sequence[ZoneData], scalar: Any) -> None:
+        self._zones, self._comm = zones, zones[0].comm
+        self._values = Function(scalar, name="augmentation")
+        self._size = mean_facet_size(zones)
+
+    @property
+    def array(self) -> Array:
+        """Lengths at this rank's nodes."""
+        return self._values.x.array
+
+    def set(self, values: Array) -> None:
+        """Set the lengths, and add them to gaps."""
+        self.array[:] = values
+        degree = compat.element_info(self._values.function_space).degree
+        for zone in self._zones:
+            surface = zone.facets.slave_surface
+            at = facet_nodes(surface.shape, surface.displacement_degree)
+            N, _ = shape_functions(surface.shape, degree, at)
+            zone.augmentation = self.array[zone.result_table] @ N.T
+            zone.send_offset()
+
+    def renew(self) -> float | None:
+        """Take over the present tractions. Collective.
+
+        Returns the largest change of a gap over the size of facets, and changes nothing
+        where gaps are closed: then it returns None.
+        """
+        found = Function(self._values.function_space)
+        nodal_average(self._zones, lambda p: -p["pressure"] / p["gamma"], found)
+        # No point around the node has a hit
+        values = np.nan_to_num(found.x.array)
+        change = largest(self._comm, np.abs(values - self.array)) / self._size
+        if change <= CLOSED_WITHIN:
+            return None
+        self.set(values)
+        return float(change)
+
+
+def augmented(parts: Sequence[Any]) -> float:
+    """Augment contacts with an exact penalty; 0 if all gaps are closed. Collective.
+
+    Returns the largest change of a gap over the size of facets.
+    """
+    changes = [part.present.augment() for part in parts]
+    return max([0.0, *(change for change in changes if change is not None)])

@@ -1,0 +1,383 @@
+"""Newton's method on the coupled unknowns, by DOLFINx's solver and by PETSc's SNES."""
+
+from __future__ import annotations
+
+import sys
+import weakref
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+from petsc4py import PETSc
+
+import numpy as np
+
+from .. import compat
+from ..discretization.ranks import agreed_name, put_aside
+from ..errors import ContactError, NotFinite
+from ..options.methods import Penalty
+from ..problem import CoupledProblem
+from .linear import inexact, linear_options
+from .petsc_objects import (
+    NOT_A_NUMBER,
+    new_prefix,
+    raising,
+    reason_in_words,
+    take_tangent,
+)
+from .solver import MAX_IT, CoupledSolver, forwarded
+
+
+class _Ended(Exception):
+    """Ends a solve of DOLFINx's Newton solver, which offers no other way."""
+
+
+class NewtonSolver(CoupledSolver):
+    """DOLFINx's Newton solver on [u, multiplier]. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem to solve.
+    options
+        PETSc options of the linear solver, without prefix. The default depends on the
+        size, see `solvers.linear_options`.
+
+    Attributes
+    ----------
+    rtol, atol, max_it, relaxation_parameter, convergence_criterion, report, \
+    error_on_nonconvergence
+        As in DOLFINx, except for the test that ends a solve. (DOLFINx compares lengths
+        and forces with the length of the first increment.) ``rtol`` is relative to the
+        forces of each body and each surface of contact. ``atol`` is a force. By default
+        it is the rounding error of each body and surface, and a solve ends there only
+        once iterations no longer reduce the residual (theory (5.4)).
+    newton
+        DOLFINx's solver. With the criterion ``"residual"`` its own tolerances are zero.
+    options
+        `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
+        puts them into PETSc's table.
+
+    Raises
+    ------
+    ContactError
+        If this DOLFINx no longer has a Newton solver: use `SNESSolver`.
+    """
+
+    newton: Any
+    rtol: float
+    atol: float
+    max_it = forwarded("newton", "max_it", "Most iterations.")
+    relaxation_parameter = forwarded(
+        "newton", "relaxation_parameter", "Factor of a correction."
+    )
+    convergence_criterion = forwarded(
+        "newton", "convergence_criterion", '``"residual"`` or ``"incremental"``.'
+    )
+    report = forwarded("newton", "report", "Whether DOLFINx's log has each iteration.")
+    error_on_nonconvergence = forwarded(
+        "newton",
+        "error_on_nonconvergence",
+        "Whether DOLFINx raises an error of its own.",
+    )
+
+    def __init__(
+        self, problem: CoupledProblem, options: Mapping[str, Any] | None = None
+    ) -> None:
+        super().__init__(problem, options)
+        try:
+            self.newton = compat.make_newton_solver(problem.comm)
+        except NotImplementedError as error:
+            raise ContactError(f"{error} (raymortar.SNESSolver)") from None
+        self.krylov_solver = self.newton.krylov_solver
+        # Weak, or C++ would keep the solver alive in a cycle that nothing finds
+        this = cast("Callable[[], NewtonSolver]", weakref.ref(self))
+
+        def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
+            problem.F(x, b)
+            this()._judge()
+
+        def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
+            take_tangent(problem, x, A, this().krylov_solver)
+
+        self.newton.setF(residual, self.b)
+        self.newton.setJ(tangent, self.A)
+
+        def form(x: PETSc.Vec) -> None:
+            if this()._raised:  # x is no number
+                raise _Ended(False)
+            problem.form(x)
+
+        self.newton.set_form(form)
+        self.rtol, self.atol = 1e-10, self._floor
+        self.max_it = MAX_IT
+        self.report = self.error_on_nonconvergence = False
+        self._name = agreed_name(problem.comm)
+        prefix = new_prefix("newton")
+        by_user = sorted(options or ())
+        if options is None:
+            options = linear_options(problem, None, prefix)
+        self._configure(self.krylov_solver, prefix, options, by_user)
+
+    def __del__(self) -> None:
+        if "_name" in self.__dict__ and not sys.is_finalizing():
+            comm = self._contact.layout.comm
+            if comm.size > 1:
+                put_aside(self._name, comm, self.newton)
+        super().__del__()
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        return self.rtol, self.atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.rtol, self.atol = values
+
+    def _settings(self) -> dict[str, Any]:
+        names = "max_it", "convergence_criterion", "relaxation_parameter"
+        return {name: getattr(self, name) for name in names}
+
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        newton, history = self.newton, self.problem.history
+        # DOLFINx compares lengths, for which a force is no tolerance
+        newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
+        if self.convergence_criterion == "residual":
+            newton.rtol = newton.atol = 0.0
+        with raising(self._raised):
+            try:
+                iterations, converged = newton.solve(x)
+                return iterations, None if converged else ""
+            except NotFinite as error:
+                # A start that is not finite is the user's fault
+                if not history:
+                    raise
+                return len(history), f" ({error})"
+            except _Ended as end:
+                return len(history) - 1, None if end.args[0] else ", and was stopped"
+        raise AssertionError("an error is raised at the end of the block")
+
+    def _judge(self) -> None:
+        """End the solve if the last residual is small enough, or if it is stuck.
+
+        DOLFINx's own norm mixes lengths and forces.
+        """
+        if self.convergence_criterion == "residual":
+            convergence = self.problem.convergence
+            convergence.accept()
+            has_converged = convergence.reached(self.rtol, self.force_tolerance)
+            if has_converged or convergence.is_stuck:
+                raise _Ended(has_converged)
+
+
+STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
+# Name by which a SNES has the factors of its rows
+SCALE = "raymortar_row_scale"
+# Option of ours, which PETSc does not know
+INEXACT_OPTION = "snes_inexact"
+NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+
+
+def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
+    """Make options of SNES, without those of the linear solver."""
+    # With springs, full steps cycle where points close and slip in the same large step;
+    # with multipliers full steps are best (docs/measured/solving.md)
+    springs = any(
+        isinstance(contact.method, Penalty) and contact.friction is not None
+        for contact in problem.contact.contacts
+    )
+    return {
+        "snes_type": "newtonls",
+        "snes_linesearch_type": "bt" if springs else "basic",
+        # Of PETSc 3.23 and later 1e-15 in "l2": the square of a force, in any unit
+        "snes_linesearch_atol": 0.0,
+        "snes_rtol": 1e-10,
+        "snes_atol": floor,
+        "snes_stol": 0.0,
+        "snes_max_it": MAX_IT,
+    }
+
+
+def _convergence_test(
+    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
+) -> Callable[..., int]:
+    """Convergence test for a SNES whose options are in PETSc's table.
+
+    It compares forces with forces. PETSc's own test compares the norm of all rows with
+    that of the first iterate, which lacks the forces that a body meets on its way. If
+    the user sets a divergence tolerance, it is relative to the first residual above
+    rounding error.
+    """
+    reasons = PETSc.SNES.ConvergedReason
+    options = PETSc.Options(snes.getOptionsPrefix())
+    divergence = options.getReal("snes_divergence_tolerance", -1.0)
+
+    def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
+        size, step, norm = norms
+        rtol, given, stol, _ = snes.getTolerances()
+        atol = None if given == floor else given
+        convergence, history = problem_of().convergence, problem_of().history
+        convergence.accept()
+        if not np.isfinite(norm):
+            return NOT_A_NUMBER
+        if convergence.reached(rtol, atol):
+            return reasons.CONVERGED_FNORM_RELATIVE
+        first = next((norm for norm in history if norm > convergence.floor), 0.0)
+        if 0.0 < divergence * first < history[-1]:
+            return reasons.DIVERGED_DTOL
+        if convergence.is_stuck:
+            return STUCK
+        if iteration > 0 and step < stol * size and not convergence.now.pending:
+            return reasons.CONVERGED_SNORM_RELATIVE
+        if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
+            return reasons.DIVERGED_FUNCTION_COUNT
+        return reasons.CONVERGED_ITERATING
+
+    return test
+
+
+class SNESSolver(CoupledSolver):
+    """PETSc SNES on [u, multiplier], with line search. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem to solve.
+    options
+        PETSc options without prefix, such as ``{"snes_linesearch_type": "bt",
+        "snes_monitor": None}``. They complete the defaults: Newton's method with full
+        steps (for a penalty with friction the line search ``bt``), ``snes_rtol`` 1e-10,
+        ``snes_atol`` the rounding error of the residual, and a linear solver that
+        depends on the size, see `solvers.linear_options`.
+    matrix
+        Matrix of another solver of this problem, to share it.
+    prefix
+        Prefix of the options in PETSc's table; None: one that no other solver has.
+    owned
+        Whether the problem keeps this solver; then the solver does not keep the problem
+        alive.
+
+    Attributes
+    ----------
+    snes
+        The petsc4py SNES.
+    A, b, x
+        Tangent and residual, with weighed rows (`row_scale` of the problem), and
+        unknowns [u, multiplier / gamma].
+    options
+        `PetscOptions`, as for `NewtonSolver`.
+    """
+
+    snes: PETSc.SNES
+    x: PETSc.Vec
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        options: Mapping[str, Any] | None = None,
+        matrix: PETSc.Mat | None = None,
+        *,
+        prefix: str | None = None,
+        owned: bool = False,
+    ) -> None:
+        super().__init__(problem, options, matrix, owned)
+        self.x, self._scale = problem.create_vector(), problem.create_vector()
+        self._scale.set(1.0)
+        self.snes = PETSc.SNES().create(problem.comm)
+        self.krylov_solver = self.snes.ksp
+        self._set_callbacks()
+        prefix = new_prefix("snes") if prefix is None else prefix
+        by_user = set(options or ()) - {INEXACT_OPTION}
+        if options is not None and INEXACT_OPTION in options:
+            options = {**options, **inexact(float(options[INEXACT_OPTION]))}
+        linear = linear_options(problem, options, prefix, snes=True)
+        given = {**_defaults(problem, self._floor), **linear, **(options or {})}
+        self._configure(self.snes, prefix, given, sorted(by_user))
+        # A failure is raised with a message that says more than PETSc's
+        self.snes.setErrorIfNotConverged(False)
+        with self.options:
+            test = _convergence_test(self._problem, self.snes, self._floor)
+        self.snes.setConvergenceTest(test)
+
+    def _set_callbacks(self) -> None:
+        """Tell PETSc how to find residual and tangent."""
+        # Not self: C would keep it alive in a cycle. Nor objects of PETSc: it loses what
+        # these functions drop when it destroys them
+        problem_of, raised = self._problem, self._raised
+        self.snes.compose(SCALE, self._scale)
+
+        # Errors never leave through PETSc, which would keep vectors locked and its stack
+        # of calls as it was: they end the solve as a residual that is no number, and are
+        # raised after it
+        def residual(snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+            try:
+                if not raised:
+                    problem_of().F(x, b)
+            except Exception as error:
+                raised.append(error)
+            if raised:
+                b.set(np.nan)
+            else:
+                b.pointwiseMult(b, snes.query(SCALE))
+
+        def tangent(snes: PETSc.SNES, x: PETSc.Vec, A: PETSc.Mat, P: PETSc.Mat) -> None:
+            try:
+                take_tangent(problem_of(), x, A, snes.ksp)
+            except Exception as error:
+                raised.append(error)
+                # Any regular matrix: the residual that follows ends the solve
+                A.assemble()
+                A.zeroEntries()
+                A.shift(1.0)
+            else:
+                A.diagonalScale(snes.query(SCALE))
+
+        self.snes.setFunction(residual, self.b)
+        self.snes.setJacobian(tangent, self.A)
+
+    @property
+    def tolerances(self) -> tuple[float, float]:
+        """rtol and atol."""
+        rtol, atol = self.snes.getTolerances()[:2]
+        return rtol, atol
+
+    @tolerances.setter
+    def tolerances(self, values: tuple[float, float]) -> None:
+        self.snes.setTolerances(rtol=values[0], atol=values[1])
+
+    @property
+    def max_it(self) -> int:
+        """Largest number of iterations."""
+        return int(self.snes.getTolerances()[3])
+
+    @max_it.setter
+    def max_it(self, value: int) -> None:
+        self.snes.setTolerances(max_it=value)
+
+    @property
+    def finds_no_descent(self) -> bool:
+        """Whether the last solve ended because a line search found no smaller
+        residual."""
+        return bool(self.snes.getConvergedReason() == NO_DESCENT)
+
+    def _settings(self) -> dict[str, Any]:
+        return {"max_it": self.max_it}
+
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        snes = self.snes
+        x.copy(self.x)
+        self._weigh_rows()
+        with raising(self._raised):
+            snes.solve(None, self.x)
+        # The last residual may be of a rejected trial step
+        self.problem.form(self.x)
+        reason = snes.getConvergedReason()
+        if reason == NO_DESCENT:
+            # No line search reduces a residual that is rounding error
+            self.problem.F(self.x, self.b)
+            limits = self.tolerances[0], self.force_tolerance
+            if self.problem.convergence.reached(*limits, at_once=True):
+                reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
+                snes.setConvergedReason(reason)
+        failed = None if reason > 0 else f" ({reason_in_words(reason)})"
+        return snes.getIterationNumber(), failed

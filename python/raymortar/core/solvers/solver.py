@@ -1,0 +1,318 @@
+"""Checks, linear systems and failures that both Newton solvers share."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import sys
+import weakref
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from difflib import get_close_matches
+from typing import Any, cast
+
+from mpi4py import MPI
+from petsc4py import PETSc
+
+from dolfinx.fem import Function
+
+from .. import compat
+from ..discretization.ranks import destroy
+from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
+from ..hooks import hooks
+from ..interface.offsets import MOST_AUGMENTATIONS, augmented
+from ..problem import CoupledProblem
+from .petsc_objects import CLOSE, PetscOptions, attach, raising, renew, take_tangent
+
+# Settings of DOLFINx's Newton solver, which programs look for in others
+_NAMES = ("rtol", "atol", "max_it", "relaxation_parameter", "convergence_criterion")
+# Iterations of a solve whose limit the user has not set
+MAX_IT = 25
+
+
+class CoupledSolver(ABC):
+    """Newton's method on [u, multiplier], whatever object iterates. Collective.
+
+    Attributes
+    ----------
+    A, b
+        Tangent and residual.
+    krylov_solver
+        The PETSc KSP.
+    options
+        `PetscOptions`. To use the KSP by itself, write ``with solver.options:``, which
+        puts them into PETSc's table.
+    tolerances
+        rtol and atol.
+    """
+
+    A: PETSc.Mat
+    b: PETSc.Vec
+    krylov_solver: PETSc.KSP
+    options: PetscOptions
+    tolerances: tuple[float, float]
+    # Factors of the rows, where the solver weighs them
+    _scale: PETSc.Vec | None = None
+
+    def __init__(
+        self,
+        problem: CoupledProblem,
+        options: Mapping[str, Any] | None,
+        matrix: PETSc.Mat | None = None,
+        owned: bool = False,
+    ) -> None:
+        _check_input(type(self).__name__, problem, options)
+        # The communicator ends with the mesh, which has to outlive PETSc's objects
+        self._contact = problem.contact
+        self._problem: Any = weakref.ref(problem) if owned else lambda: problem
+        self.A = problem.create_matrix() if matrix is None else matrix
+        self.b = problem.create_vector()
+        self._floor = problem.residual_floor()
+        # Errors of what PETSc calls
+        self._raised: list[Exception] = []
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        known = _settings(type(self))
+        is_new = name not in known and not name.startswith("_")
+        if is_new and get_close_matches(name, {*known, *_NAMES}, 1, 0.75):
+            raise AttributeError(
+                f"{type(self).__name__} has no {name}: there are {', '.join(known)}"
+            )
+        super().__setattr__(name, value)
+
+    def _configure(
+        self,
+        thing: Any,
+        prefix: str,
+        options: Mapping[str, Any],
+        by_user: Iterable[str],
+    ) -> None:
+        """Let DOLFINx's or PETSc's object read its options, of which the user has given
+        some. Collective."""
+        self.options = PetscOptions(prefix, options, by_user)
+        self.options.configure(thing)
+        attach(self.krylov_solver, self.problem, self._scale, self._raised)
+
+    def __del__(self) -> None:
+        if sys.is_finalizing():
+            return
+        contact = self.__dict__.get("_contact")
+        for name in ("newton", "snes", "krylov_solver", "A", "b", "x", "_scale"):
+            self.__dict__.pop(name, None)
+        # Several ranks may do so at different times: there the next solver on the mesh
+        # frees the objects that all ranks have dropped
+        if contact is not None and not PETSc.Sys.isFinalized():
+            if contact.layout.comm.size == 1:
+                compat.destroy_garbage(contact.layout.comm)
+
+    @property
+    def problem(self) -> CoupledProblem:
+        """The problem that is solved."""
+        return cast("CoupledProblem", self._problem())
+
+    @property
+    def force_tolerance(self) -> float | None:
+        """The absolute tolerance where the user has given one. Force."""
+        atol = self.tolerances[1]
+        return None if atol == self._floor else atol
+
+    @abstractmethod
+    def _settings(self) -> dict[str, Any]:
+        """Settings without which one rank would stop before the others."""
+
+    @abstractmethod
+    def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
+        """Iterate from x; return the iterations and why they failed, None if they
+        converged. Collective."""
+
+    def solve(self, u: Any = None) -> tuple[int, bool]:
+        """Solve from the present u and multiplier.
+
+        Parameters
+        ----------
+        u
+            The Function that the problem solves for, of several unknowns the list of
+            them, as programs for DOLFINx name it; None is the same.
+
+        Returns
+        -------
+        iterations, converged
+
+        Raises
+        ------
+        ConvergenceError
+            With PETSc's reason, pairs, active points, gaps and residual history.
+        ContactError
+            If u is something else.
+        """
+        check_unknowns(self.problem, u)
+        settings = {"tolerances": self.tolerances, **self._settings()}
+        name = type(self).__name__
+        require_agreement(self.problem.comm, solver=name, **settings)
+        return self.iterate_by(self._iterate, 0), True
+
+    def iterate_by(self, iterate: Callable[..., tuple[int, str | None]], n: int) -> int:
+        """Solve from the present unknowns by a loop that is given. Collective.
+
+        The loop takes the vector of unknowns and n others, and returns its iterations
+        and why they failed, None if they converged.
+        """
+        iterations, change = self._iterate_once(iterate, n), 0.0
+        for _ in range(MOST_AUGMENTATIONS):
+            change = augmented(self.problem.contact.parts)
+            if not change:
+                return iterations
+            iterations += self._iterate_once(iterate, n)
+        warn(
+            f"an exact penalty has changed gaps by {change:.1e} of a facet in the last "
+            f"of {MOST_AUGMENTATIONS} solves: a larger gamma converges faster",
+        )
+        return iterations
+
+    def _iterate_once(
+        self, iterate: Callable[..., tuple[int, str | None]], n: int
+    ) -> int:
+        """Solve with the tractions that an exact penalty has carried over. Collective."""
+        problem = self.problem
+        problem.solves += 1
+        vectors = [problem.start(), *(problem.create_vector() for _ in range(n))]
+        reason: str | None = ""
+        try:
+            with self.options:
+                iterations, reason = iterate(*vectors)
+        finally:
+            destroy(*vectors)
+            if reason is not None:
+                renew(self.krylov_solver, self.A)
+        if iterations > 0:
+            self.options.tell_unread(4)
+        end = f"after {iterations} iterations{reason}"
+        hooks.judge(problem, reason is None, end)
+        return iterations
+
+    def _weigh_rows(self) -> None:
+        """Take the present factors of the rows. Collective."""
+        if self._scale is not None:
+            self._scale.array[:] = self.problem.row_scale()
+
+    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
+        """Take the tangent at x, and springs by row of this rank, for `correct`.
+        Collective."""
+        A = self.A
+        take_tangent(self.problem, x, A, self.krylov_solver)
+        for row, stiffness in springs.items():
+            A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
+        A.assemble()
+        if self._scale is not None:
+            self._weigh_rows()
+            A.diagonalScale(self._scale)
+        self.krylov_solver.setOperators(A)
+
+    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
+        """Solve tangent dx = b to `CLOSE`, within ``with solver.options:``.
+        Collective."""
+        ksp, right = self.krylov_solver, b.copy()
+        if self._scale is not None:
+            right.pointwiseMult(b, self._scale)
+        before = ksp.getTolerances()[0]
+        ksp.setTolerances(rtol=min(before, CLOSE))
+        with raising(self._raised):
+            ksp.solve(right, dx)
+        ksp.setTolerances(rtol=before)
+        right.destroy()
+
+
+@functools.cache
+def _settings(solver: type[CoupledSolver]) -> list[str]:
+    """Public attributes of a type of solver that can be set."""
+    names = {name for one in solver.__mro__ for name in inspect.get_annotations(one)}
+    names |= {
+        name
+        for name in dir(solver)
+        if getattr(getattr(solver, name), "fset", None) is not None
+    }
+    return sorted(name for name in names if not name.startswith("_"))
+
+
+def forwarded(to: str, name: str, meaning: str) -> Any:
+    """Make an attribute of a class that is one of the object of another attribute."""
+    return property(
+        lambda owner: getattr(getattr(owner, to), name),
+        lambda owner, value: setattr(getattr(owner, to), name, value),
+        doc=meaning,
+    )
+
+
+@contextmanager
+def temporarily(thing: Any, **values: Any) -> Iterator[None]:
+    """Give attributes of an object, such as settings of a solver, other values for a
+    while."""
+    before = {name: getattr(thing, name) for name in values}
+    for name, value in values.items():
+        setattr(thing, name, value)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            setattr(thing, name, value)
+
+
+def require_problem(problem: Any, remedy: str = "") -> None:
+    """Raise unless something is a problem."""
+    if not isinstance(problem, CoupledProblem):
+        name = type(problem).__name__
+        raise ContactError(f"problem must be a NonlinearProblem, not {name}{remedy}")
+
+
+def _check_input(name: str, problem: Any, options: Any) -> None:
+    """Raise unless problem and options suit a solver, on all ranks. Collective."""
+    remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
+    require_problem(problem, remedy)
+    known = options is None or isinstance(options, Mapping)
+    with together(problem.comm):
+        if not (known and all(isinstance(k, str) for k in options or ())):
+            message = f"options must be PETSc options by name, not {options!r}"
+            raise ContactError(message)
+    options = None if options is None else dict(sorted(options.items()))
+    require_agreement(problem.comm, solver=name, options=options)
+
+
+def check_unknowns(problem: CoupledProblem, u: Any) -> None:
+    """Raise unless u is None or the problem's unknowns. Collective."""
+    own = problem.contact.unknowns.functions
+    given = u if isinstance(u, (list, tuple)) else [u]
+    fits = u is None or (
+        len(given) == len(own)
+        and all(isinstance(f, Function) for f in given)
+        and all(compat.same_values(f, g) for f, g in zip(given, own))
+    )
+    named = [f.name if isinstance(f, Function) else repr(f) for f in given]
+    names = [f.name for f in own]
+    message = (
+        f"solve takes what the problem solves for, {', '.join(names)}, or nothing, and "
+        f"was given another: {', '.join(named)}"
+    )
+    if set(names) & set(named):
+        message += ", a Function of the same name that Contact was not given: problem.u"
+    raise_everywhere(problem.comm, None if fits else message)
+
+
+def FixedPointSolver(solver: CoupledSolver, max_outer: int = 20) -> CoupledSolver:
+    """Give a solver back, with a warning.
+
+    A fixed point on the pairing around Newton's method took 1.1 to 1.4 times its time.
+    The name goes in the next release.
+
+    Parameters
+    ----------
+    solver
+        `NewtonSolver` or `SNESSolver`.
+    max_outer
+        Left out.
+    """
+    warn(
+        "FixedPointSolver(solver) is the solver itself, which takes no longer: its name "
+        "goes in the next release",
+    )
+    return solver

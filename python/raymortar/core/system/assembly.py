@@ -1,0 +1,393 @@
+"""One contact's share of PETSc matrices and vectors."""
+
+from __future__ import annotations
+
+import itertools
+import logging
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from mpi4py import MPI
+
+import numpy as np
+from dolfinx.fem import Function
+
+from ... import _cpp
+from ..compat import Array, Mask
+from ..errors import ContactError, is_real_number, together, warn
+from ..gamma.probing import VolumePattern
+from ..gamma.stiffness import (
+    BENDS,
+    automatic_coefficients,
+    contact_stiffness,
+    shear_moduli,
+    soft_coefficients,
+)
+from ..gamma.surface_compliance import SurfaceCompliance
+from ..interface.coefficients import PairCoefficients, one_or_each, spread
+from ..interface.contact_surfaces import ContactSurfaces
+from ..interface.present import PresentState
+from ..interface.slave_nodes import (
+    crossing,
+    held_slaves,
+    refuse_held,
+    refuse_held_on_tools,
+)
+from ..interface.zone_data import mean_facet_size, on_sides
+from ..options.methods import AugmentedLagrangian, Penalty
+
+_numbers = itertools.count()
+
+log = logging.getLogger("raymortar")
+
+# Largest ratio of gamma to the stiffness, and of a penalty the inverse of the least:
+# beyond, one of the two is lost in the rounding errors of the other
+FROM_STIFFNESS = 1e10
+# Least ratio with a multiplier. Without friction 1e-100 solves as 1 does, and 1e-200 has
+# errors of 1e-11, as squares of the unknowns overflow
+LEAST_AUGMENTATION = 1e-100
+# Ratios with a multiplier from which on Newton's method may fail: with friction it does
+# at 1e-6 and 1e3, without at 1e4 to 1e8
+DOUBTFUL = 1e-5, 1e3
+
+# Sets of conditions of which a contact remembers what they prescribe
+MOST_KNOWN = 2
+
+
+Coefficient: TypeAlias = float | Function | PairCoefficients
+
+
+@dataclass
+class Prescribed:
+    """Displacements of a contact that Dirichlet conditions prescribe.
+
+    Attributes
+    ----------
+    bcs
+        The conditions.
+    u
+        Whether they prescribe a dof of u; ghosted.
+    some_held
+        Whether they prescribe some slave facet throughout.
+    shear_moduli, moduli
+        Of each zone, where they are needed. Stress.
+    """
+
+    bcs: tuple[Any, ...]
+    u: Mask
+    some_held: bool = False
+    shear_moduli: Sequence[float] = ()
+    moduli: Sequence[float] = ()
+
+    def __post_init__(self) -> None:
+        self.ids = tuple(map(id, self.bcs))
+
+
+class ContactAssembly:
+    """Terms of one contact in matrices and vectors, and its coefficient.
+
+    Attributes
+    ----------
+    number
+        Number of this contact, which no other contact has.
+    partners
+        Numbers of all contacts of its problem, its own included.
+    method, why
+        Method with the law that was chosen, and why it was; None: it was given.
+    gamma
+        Coefficient in use, see `Contact`.
+    own_gamma
+        The contact's own coefficient, where another is in use for some steps.
+    automatic_gamma, soft_gamma
+        The coefficient that was taken where none was given, None if one was, and the one
+        of (5.16) that `paths.SoftStart` has put in its place, None before.
+    gamma_scale
+        Mean of gamma, by which the multiplier is divided among the unknowns.
+    volume
+        Pattern of the volume, once there is a problem.
+    preallocations, extensions
+        How often a matrix was preallocated, and the pattern of entries extended.
+    """
+
+    def __init__(
+        self,
+        surfaces: ContactSurfaces,
+        present: PresentState,
+    ) -> None:
+        self.surfaces, self.present = surfaces, present
+        self.method: AugmentedLagrangian | Penalty = surfaces.options.method
+        self.why = surfaces.why
+        self.zones, self.layout = surfaces.zones, surfaces.layout
+        self.unknowns = surfaces.unknowns
+        self.number = next(_numbers)
+        self.partners: tuple[int, ...] = (self.number,)
+        self.gamma: Coefficient | None = None
+        self.own_gamma: Coefficient | None = None
+        self.automatic_gamma: float | PairCoefficients | None = None
+        self.soft_gamma: float | PairCoefficients | None = None
+        self.gamma_scale = 1.0
+        self.volume: VolumePattern | None = None
+        self.preallocations, self.extensions = 0, 0
+        # Prescribed values that the zones know; None: to be sent anew
+        free = np.zeros(len(surfaces.u.x.array), dtype=bool)
+        self._prescribed: Prescribed | None = Prescribed((), free)
+        self._known: list[Prescribed] = []
+        self._crosses = False  # whether nodes are damped that are not held
+        self._log_choice()
+
+    # Law
+
+    def change_law(self, condition: str, multiplier: str | None, why: str) -> bool:
+        """Take another law of the same unknowns, if the present one was chosen and no
+        step depends on it. A multiplier None is the present one. Collective.
+
+        Returns
+        -------
+        Whether the contact has that law now.
+        """
+        method, is_chosen = self.method, self.why is not None
+        if isinstance(method, Penalty) or not is_chosen:
+            return False
+        if self.surfaces.comm.allreduce(self.present.has_history, op=MPI.LOR):
+            return False
+        self.method = method = replace(
+            method, condition=condition, multiplier=multiplier or method.multiplier
+        )
+        self.why = why
+        at = getattr(_cpp.Condition, condition)
+        for zone in self.zones:
+            zone.cpp.set_law(at, method.is_dual)
+            zone.has_law_at_nodes = condition == "nodes"
+            zone.dual_multiplier = self.surfaces.multiplier if method.is_dual else None
+        self._forget_prescribed()  # zones have forgotten it
+        self.present.note_change()
+        self._log_choice()
+        return True
+
+    def _log_choice(self) -> None:
+        """Tell which law was chosen, once over all ranks."""
+        if self.why is not None and self.surfaces.comm.rank == 0:
+            log.info(
+                "contact of %s: law at %s%s, as %s",
+                self.surfaces.tags,
+                self.method.condition,
+                " with dual multipliers" * self.method.is_dual,
+                self.why,
+            )
+
+    def set_gamma(self, gamma: Coefficient, own: Coefficient | None = None) -> None:
+        """Set the coefficient; see `Contact.set_gamma`. Given its own, it is lent to the
+        contact, which keeps that. Collective."""
+        mesh = self.surfaces.slave_u.function_space.mesh
+        found, self.gamma_scale = spread(gamma, self.surfaces.interfaces, mesh)
+        for zone, (values, factors) in zip(self.zones, found):
+            zone.cpp.set_gamma(values, self.gamma_scale, factors)
+        self.gamma, self.own_gamma = gamma, gamma if own is None else own
+        self._forget_prescribed()  # the modulus may be that of gamma
+        self.present.note_change()
+
+    # Unknowns
+
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem of this contact alone solves for. Collective."""
+        was_alone = self.partners == (self.number,)
+        self.set_functions(functions, (self.number,))
+        if not (self.unknowns.is_plain and was_alone):
+            self.layout.number()
+            self.send_rows()
+        self.find_cross_points([self.surfaces])
+
+    def set_functions(
+        self, functions: Sequence[Function], partners: tuple[int, ...]
+    ) -> None:
+        """Take the functions of a problem and the numbers of its contacts.
+        Collective."""
+        with together(self.surfaces.comm):
+            settled = self.volume is not None
+            if settled and partners != self.partners:
+                raise ContactError(
+                    f"the contact of slave {self.surfaces.tags} belongs to a problem "
+                    f"{'alone' if len(self.partners) == 1 else 'with others'}: make "
+                    "another Contact for this one, or problems of the same contacts in "
+                    "the same order"
+                )
+            self.unknowns.solve_for(functions, settled)
+        self.partners = partners
+
+    def find_cross_points(self, contacts: Sequence[ContactSurfaces]) -> None:
+        """Take the surfaces of all contacts of a problem: where a tie shares slave nodes
+        with one, its multipliers are damped [theory (4.20)]. Collective."""
+        if self.surfaces.tied is None or self.surfaces.multiplier is None:
+            return
+        marked = crossing(self.surfaces, contacts)
+        for zone, dofs in zip(self.zones, marked):
+            zone.cpp.set_crossing(dofs)
+        count = sum(int(dofs.sum()) for dofs in marked)
+        self._crosses = self.surfaces.comm.allreduce(count) > 0
+        self._forget_prescribed()  # the modulus is asked for anew
+
+    def send_rows(self) -> None:
+        """Rows of the unknowns to the zones. Collective."""
+        for zone in self.zones:
+            zone.cpp.set_rows(
+                self.layout.u_rows[zone.facets.slave_surface.dofs],
+                self.layout.u_rows[zone.facets.master_surface.dofs],
+                self.layout.multiplier_rows[zone.multiplier_nodes],
+            )
+
+    # Volume
+
+    @property
+    def gamma_is_soft(self) -> bool:
+        """Whether a law at points has the coefficient of what its surfaces yield."""
+        return self.soft_gamma is not None and self.gamma is self.soft_gamma
+
+    def set_volume(
+        self,
+        volume: VolumePattern,
+        bcs: Sequence[Any],
+        compliance: SurfaceCompliance,
+    ) -> None:
+        """Take a volume, and the automatic gamma from it if none is set. Collective."""
+        self.volume = volume
+        self._forget_prescribed()  # held nodes need its stiffness
+        if self._bends(bcs, compliance):
+            self.change_law("nodes", None, "bodies bend")
+        if self.gamma is None:
+            tables = automatic_coefficients(
+                self.surfaces, volume, self.method, bcs, compliance
+            )
+            self.automatic_gamma = one_or_each(self.surfaces.interfaces, tables)
+            self.set_gamma(self.automatic_gamma)
+        elif is_real_number(self.gamma):
+            self._check_size(bcs)
+
+    def _bends(self, bcs: Sequence[Any], compliance: SurfaceCompliance) -> bool:
+        """Whether a law at points was chosen for its degree, and surfaces yield far more
+        than single facets: the ratio of (5.16) to (5.2). Collective."""
+        degree = self.zones[0].facets.slave_surface.displacement_degree
+        chosen = self.why is not None and self.method.condition == "points"
+        if self.volume is None or not chosen or degree == 1:
+            return False
+        stiffness = self._stiffness(bcs)
+        if stiffness is None:
+            return False
+        soft = soft_coefficients(self.surfaces.interfaces, self.volume, bcs, compliance)
+        return all((a < BENDS * b).all() for a, b in zip(soft, stiffness))
+
+    def softer(
+        self, bcs: Sequence[Any], compliance: SurfaceCompliance
+    ) -> float | PairCoefficients | None:
+        """Coefficient of a law at nodes; None for one, ties, penalties and forms without
+        stiffness. Traction per length. Collective."""
+        surfaces, volume = self.surfaces, self.volume
+        at_points = getattr(self.method, "condition", "points") == "points"
+        led = surfaces.tied is None and surfaces.multiplier is not None
+        if volume is None or not (at_points and led) or self._stiffness(()) is None:
+            return None
+        of = surfaces.interfaces
+        return one_or_each(of, soft_coefficients(of, volume, bcs, compliance))
+
+    def _check_size(self, bcs: Sequence[Any]) -> None:
+        """Raise for a number gamma that no solve can do with, warn of one with which
+        Newton's method may fail. Collective."""
+        surfaces, tables = self.surfaces, self._stiffness(bcs)
+        if tables is None:
+            return
+        stiffness = min(float(table.min()) for table in tables)
+        ratio = self.gamma_scale / stiffness
+        has_multiplier = surfaces.multiplier is not None
+        least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
+        text = (
+            f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
+            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
+        )
+        if not least < ratio < FROM_STIFFNESS:
+            raise ContactError(text)
+        is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
+        if has_multiplier and not (surfaces.tied or is_usual):
+            warn(f"{text}, as Newton's method may fail with it", page="contact")
+
+    def use_volume(self, volume: VolumePattern) -> None:
+        """Take the volume, from `prepare`, of another problem of this contact."""
+        if volume is not self.volume:
+            self.volume = volume
+            self._forget_prescribed()
+
+    # Assembly
+
+    def prescribed(self, bcs: Sequence[Any]) -> Mask:
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Sent to the zones
+        if they did not know. Collective."""
+        now = self._prescribed
+        if now is None or now.ids != tuple(map(id, bcs)):
+            ids = tuple(map(id, bcs))
+            now = next((one for one in self._known if one.ids == ids), None)
+            if now is None:
+                now = self._find_prescribed(bcs)
+                # A path asks in turn for those of its steps and, for reactions, none
+                self._known = [now, *self._known][:MOST_KNOWN]
+            marker = now.u.astype(np.float64)
+            for zone in self.zones:
+                zone.cpp.set_fixed(*on_sides(zone, marker))
+            self.present.unfelt.send(self.present.u_old)
+            for zone, shear_modulus in zip(self.zones, now.shear_moduli):
+                zone.cpp.set_shear_modulus(shear_modulus)
+            for zone, modulus in zip(self.zones, now.moduli):
+                zone.cpp.set_modulus(modulus)
+            self._prescribed = now
+        return now.u
+
+    def _forget_prescribed(self) -> None:
+        """Forget prescribed values: they are found and sent anew."""
+        self._prescribed, self._known = None, []
+
+    def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
+        """Find the values that conditions prescribe. Collective."""
+        surfaces = self.surfaces
+        found = Prescribed(tuple(bcs), self.unknowns.prescribed_u(bcs)[0] == 1)
+        if surfaces.multiplier is None:
+            return found
+        if self.volume is not None:
+            found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
+        refuse_held_on_tools(surfaces, found.u)
+        found.some_held, some_nodes = held_slaves(surfaces, found.u)
+        if some_nodes or self._crosses:
+            found.moduli = self.moduli(bcs)
+        return found
+
+    def moduli(self, bcs: Sequence[Any]) -> list[float]:
+        """Modulus of the softest body of each zone. If the volume's form gives none,
+        the coefficient times the size of facets. Stress. Collective."""
+        tables = self._stiffness(bcs, times_size=True)
+        if tables is not None:
+            return [float(table.min()) for table in tables]
+        size = mean_facet_size(self.zones)
+        return [self.gamma_scale * size] * len(self.zones)
+
+    def stiffness(self) -> float | None:
+        """Largest stiffness over area of pairs of bodies [theory (5.2)]; None where the
+        forms have none. Traction per length. Collective."""
+        tables = self._stiffness(())
+        return None if tables is None else max(float(table.max()) for table in tables)
+
+    def _stiffness(
+        self, bcs: Sequence[Any], times_size: bool = False
+    ) -> list[Array] | None:
+        """`contact_stiffness`; None where the forms have none. Collective."""
+        if self.volume is None:
+            return None
+        try:
+            interfaces = self.surfaces.interfaces
+            return contact_stiffness(self.volume, interfaces, bcs, times_size)
+        except ContactError:  # on all ranks
+            return None
+
+    def refuse_held(self, bcs: Sequence[Any]) -> None:
+        """Raise where conditions leave a tangent without a solution. Collective."""
+        self.prescribed(bcs)
+        unfelt = self.present.unfelt.normals
+        some_held = self._prescribed is not None and self._prescribed.some_held
+        if some_held or unfelt is not None:
+            refuse_held(self.surfaces, unfelt)

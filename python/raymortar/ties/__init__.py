@@ -1,0 +1,1 @@
+"""Surfaces that are tied: `Tie`."""
