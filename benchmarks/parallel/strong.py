@@ -49,6 +49,7 @@ PARTITIONS = {
     "graph": None,
 }
 STAGES = ("pairing", "residual", "tangent", "volume", "solver")
+SHARED = {"contact": STAGES[:3], "volume": STAGES[3:4], "solver": STAGES[4:]}
 MATRIX_BYTES, VECTOR_BYTES = 16, 12  # value, row and column; value and row
 COLUMNS = (
     *("level", "ranks", "partition", "unknowns", "slave_facets"),
@@ -207,6 +208,23 @@ def measure_on(ranks, level, partition):
     return json.loads(done.stdout.strip().splitlines()[-1])
 
 
+def efficiencies(rows):
+    """Lines of what ranks save: seconds of the fewest over these, and over their
+    number, of contact, volume and solver."""
+    groups = {}
+    for row in rows:
+        groups.setdefault((row["level"], row["partition"]), []).append(row)
+    for (level, partition), found in groups.items():
+        first = min(found, key=lambda row: row["ranks"])
+        for row in found:
+            more, said = row["ranks"] / first["ranks"], []
+            for name, parts in SHARED.items():
+                before, now = (sum(one[p] for p in parts) for one in (first, row))
+                said.append(f"{name} {before / (more * now):.2f}")
+            head = f"level {level}, {partition}, {row['ranks']} ranks"
+            yield f"efficiency, {head}: {', '.join(said)}"
+
+
 def numbers(text):
     """Whole numbers between commas."""
     return [int(part) for part in text.split(",")]
@@ -230,7 +248,7 @@ def main(arguments=None):
         return 0
     args.output.mkdir(parents=True, exist_ok=True)
     path = args.output / "strong.csv"
-    more = args.more and path.exists()
+    more, rows = args.more and path.exists(), []
     with path.open("a" if more else "w", newline="") as file:
         table = csv.DictWriter(file, COLUMNS, lineterminator="\n")
         if not more:
@@ -242,6 +260,8 @@ def main(arguments=None):
             print(", ".join(f"{name} {row[name]}" for name in COLUMNS), flush=True)
             table.writerow(row)
             file.flush()
+            rows.append(row)
+    print("\n".join(efficiencies(rows)))
     return 0
 
 
