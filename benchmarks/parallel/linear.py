@@ -38,6 +38,7 @@ from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Coulomb, Penalty, solvers
 from raymortar.core import compat
 from raymortar.core.solvers.petsc_objects import PetscOptions
+from raymortar.io.partitions import strips
 from raymortar.solvers.levels import BodiesLevels, set_levels
 
 E, NU = 10.0, 0.3
@@ -62,8 +63,9 @@ def clamp(V, scene, name, value):
     return fem.dirichletbc(np.array(value), dofs, V)
 
 
-def make_problem(cell, degree, level, method, law):
-    n = level
+def make_problem(cell, degree, level, method, law, partition=strips, watch=None):
+    """Two blocks in contact; `watch` is told the seconds that the mesh has taken."""
+    n, start = level, time.perf_counter()
     scene = two_blocks(
         MPI.COMM_WORLD,
         3,
@@ -72,7 +74,10 @@ def make_problem(cell, degree, level, method, law):
         upper_divisions=(3 * n, 3 * n, 2 * n),
         lower_size=(1.0, 1.0, 0.5),
         upper_size=(0.8, 0.8, 0.5),
+        partition=partition,
     )
+    if watch is not None:
+        watch.mesh_made(time.perf_counter() - start)
     friction, slide = LAWS[law]
     V = compat.vector_space(scene.mesh, degree)
     u, v = fem.Function(V), ufl.TestFunction(V)

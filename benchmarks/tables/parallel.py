@@ -245,3 +245,19 @@ def older_options(rows: list[Row]) -> Table:
                 )
             lines.append(cells)
     return lines
+
+
+@table("parallel/strong.csv")
+def strong(rows: list[Row]) -> Table:
+    """What one problem on more and more ranks gives each of them, and what it sends."""
+    lines = [
+        ["unknowns", "partition", "ranks", "slave facets: largest share", "mean"]
+        + ["ranks without", "values, bytes", "tangent, bytes", "residual, bytes"]
+        + ["Krylov iterations"]
+    ]
+    sent = ("value_bytes", "matrix_bytes", "vector_bytes")
+    for row in rows:
+        cells = [spaced(row["unknowns"]), row["partition"], row["ranks"]]
+        cells += [row["largest_share"], brief(row["mean_share"], 3), row["without"]]
+        lines.append([*cells, *(spaced(row[name]) for name in sent), row["krylov"]])
+    return lines

@@ -64,11 +64,12 @@ def _on_bound(contact: Any, zone: Any) -> Mask:
     """Whether points of a penalty that stick are on the bound of Coulomb's number,
     (points,)."""
     points: Any = zone.points()
-    law: Any = contact.friction
+    law = contact.friction
     if contact.multiplier is not None or not isinstance(law, Coulomb) or law.field:
         return np.zeros(len(points["status"]), dtype=bool)
     n, t = points["contact_normal"], points["traction"]
     p = np.einsum("qi,qi->q", t, n)
-    size, bound = np.linalg.norm(t - p[:, None] * n, axis=1), float(law.mu) * np.abs(p)
+    mu: Any = law.mu
+    size, bound = np.linalg.norm(t - p[:, None] * n, axis=1), mu * np.abs(p)
     on: Mask = (points["status"] == CLOSED) & (bound > 0.0)
     return on & (size >= (1.0 - NEAR) * bound)
