@@ -7,7 +7,8 @@ import pytest
 from problems import COMM
 from programs import ROOT, blocks_of
 
-START, WETTED, FLAT, HALF, PERIODIC, POLYLINE = blocks_of("docs/recipes.md", "python")
+START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
+(PERIODIC,) = blocks_of("docs/recipes_joints.md", "python")
 PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
