@@ -197,6 +197,7 @@ BEFORE: dict[str, list[str | None]] = {
         "tag = {'core': 6, 'shell': 5}",
         "glue = raymortar.Tie(u, facets, pairs)\n"
         "contact = raymortar.Contact(u, facets, pairs, raymortar.Penalty())",
+        None,  # test_rigid_tie
         None,  # test_pretension
         "F, SEAL, GROOVE, STOP = residual, 6, 5, 3",
     ],
@@ -240,7 +241,7 @@ SHORTER = {
     ("docs/dynamics.md", 0): ("end=1.0", "end=2e-3"),
     ("docs/dynamics.md", 1): ("end=1.0", "end=2e-3"),
     ("docs/fluxes.md", 3): ("steps=50", "steps=2"),
-    ("docs/tie.md", 3): ("steps=10", "steps=2"),
+    ("docs/tie.md", 4): ("steps=10", "steps=2"),
     ("docs/load_steps.md", 2): ("steps=40", "steps=4"),
     ("docs/output.md", 2): ("40 * (", "2 * ("),
     ("docs/output.md", 3): ("steps=20", "steps=2"),
@@ -257,7 +258,7 @@ NEEDS = {
     ("docs/your_own_assembly.md", 2): "dolfinx.nls.petsc",
     ("docs/output.md", 0): "meshio",
     ("docs/output.md", 3): "matplotlib",
-    ("docs/tie.md", 3): "matplotlib",
+    ("docs/tie.md", 4): "matplotlib",
     ("docs/rigid.md", 2): "meshio",
 }
 BLOCKS = [

@@ -1,5 +1,6 @@
 #include "raymortar/interface/interface.h"
 #include "raymortar/core/error.h"
+#include "raymortar/element/rigid_tie.h"
 #include <algorithm>
 
 namespace raymortar
@@ -131,8 +132,11 @@ const Assembler* Interface::add_law(const InterfaceInput& input)
 {
   if (input.tie)
   {
-    _tie = appended(_terms, std::make_unique<TieTerm>(make_tie_kernel(
-                                *input.tie, _state.slave.gdim)));
+    const int gdim = _state.slave.gdim;
+    _tie = appended(_terms, std::make_unique<TieTerm>(
+                                _state.has_tools()
+                                    ? make_rigid_tie_kernel(gdim)
+                                    : make_tie_kernel(*input.tie, gdim)));
     return &_tie->kernel();
   }
   return add_contact(input.dual_multiplier);

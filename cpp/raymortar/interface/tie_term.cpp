@@ -1,4 +1,5 @@
 #include "raymortar/interface/tie_term.h"
+#include "raymortar/element/free_tools.h"
 
 namespace raymortar
 {
@@ -6,7 +7,8 @@ namespace
 {
 Unknowns tied_unknowns(const ContactState& s, std::size_t e)
 {
-  return element_unknowns(s.elements.slave[e], s.elements.master[e]);
+  return element_unknowns(s.elements.slave[e], s.master_of(e),
+                          free_tool_of(s, e));
 }
 } // namespace
 
@@ -26,8 +28,8 @@ void TieTerm::renew(const ContactState& s)
 void TieTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
 {
   for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (s.elements.master[e] != no_index)
-      needs.pairs.push_back({s.elements.slave[e], s.elements.master[e]});
+    if (const Index m = s.master_of(e); m != no_index)
+      needs.pairs.push_back({s.elements.slave[e], m});
 }
 
 Work TieTerm::residual(const ContactState& s, VectorSink& sink) const
