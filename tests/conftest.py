@@ -5,10 +5,18 @@ import json
 from pathlib import Path
 
 import pytest
+from kept_meshes import kept_meshes
 from loaded_forms import keep_loaded_forms
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
+
+
+@pytest.fixture(autouse=True)
+def no_mesh_ends_with_an_exception():
+    """See `kept_meshes`."""
+    with kept_meshes():
+        yield
 
 
 @pytest.fixture(params=CELLS)

@@ -13,7 +13,7 @@ from interacting import LOWER, UPPER, difference, three
 from pressed import GAMMA, Pressed, beside_another_unknown
 from problems import worst
 
-from raymortar import LoadSteps, NonlinearProblem, SNESSolver
+from raymortar import Coulomb, LoadSteps, NonlinearProblem, SNESSolver
 
 pytestmark = pytest.mark.mpi
 
@@ -58,9 +58,12 @@ def test_solves_go_on_from_the_last_one():
 
 
 def test_several_contacts_and_several_solvers():
+    # Friction holds the block in the middle sideways
     blocks = three()
     problem = NonlinearProblem(
-        blocks.F, [blocks.contact(LOWER), blocks.contact(UPPER)], blocks.bcs
+        blocks.F,
+        [blocks.contact(pair, friction=Coulomb(0.3)) for pair in (LOWER, UPPER)],
+        blocks.bcs,
     )
     blocks.move(0.5)
     assert problem.solve() is blocks.u

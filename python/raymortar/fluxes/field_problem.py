@@ -25,7 +25,12 @@ from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, ConvergenceError, described, of_type, together
 from ..core.gamma.probing import row_sums
 from ..core.solvers.linear import direct
-from ..core.solvers.petsc_objects import PetscOptions, new_prefix, reason_in_words
+from ..core.solvers.petsc_objects import (
+    PetscOptions,
+    new_prefix,
+    raising,
+    reason_in_words,
+)
 from ..core.system.volume import Forms
 from ..core.terms import apart, require_apart
 from .field_tie import FieldTie
@@ -156,6 +161,7 @@ class FieldProblem:
             new_prefix("field"), given_options, sorted(petsc_options or {})
         )
         self._sums = row_sums(self.a, self.layout)
+        self._raised: list[Exception] = []
         self._fluxes.choose_scales(self._sums)
         self.iterations = 0
 
@@ -201,7 +207,8 @@ class FieldProblem:
         """PETSc's SNES that `solve` uses. Collective."""
         snes = PETSc.SNES().create(self.comm)
         snes.setOptionsPrefix(self._options.prefix)
-        self.attach(snes)
+        snes.setFunction(self._residual, self.create_vector())
+        snes.setJacobian(self._tangent, self.create_matrix())
         with self._options:
             snes.setFromOptions()
         return snes
@@ -211,6 +218,29 @@ class FieldProblem:
         snes.setFunction(lambda _, x, b: self.F(x, b), self.create_vector())
         A = self.create_matrix()
         snes.setJacobian(lambda _, x, J, P: self.J(x, P), A)
+
+    # PETSc puts errors of its own in place of ours: these end the solve, by a residual
+    # that is no number, and are raised after it
+
+    def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        try:
+            if not self._raised:
+                self.F(x, b)
+        except Exception as error:
+            self._raised.append(error)
+        if self._raised:
+            b.set(np.nan)
+
+    def _tangent(
+        self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat
+    ) -> None:
+        try:
+            self.J(x, P)
+        except Exception as error:
+            self._raised.append(error)
+            P.assemble()
+            P.zeroEntries()
+            P.shift(1.0)
 
     def update(self) -> None:
         """Pair the contacts of the fluxes at their present displacement. Collective."""
@@ -237,7 +267,7 @@ class FieldProblem:
         self.layout.to_vector(x, [])
         snes = self.solver
         snes.setTolerances(atol=self._nothing())
-        with self._options:
+        with self._options, raising(self._raised):
             snes.solve(None, x)
         self.layout.from_vector(x, [])
         self.iterations, reason = snes.getIterationNumber(), snes.getConvergedReason()

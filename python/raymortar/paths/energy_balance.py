@@ -100,10 +100,14 @@ class _Facets:
 
 @dataclass(frozen=True)
 class _End:
-    """Forces, places and energies at one end of a step."""
+    """Forces, places and energies at one end of a step.
+
+    `unbalanced` has what the solve left of forces, in absolute value.
+    """
 
     volume: Array
     tractions: Array
+    unbalanced: Array
     supplied: list[tuple[Array, Array]]
     stored: float
     ripple: float
@@ -147,6 +151,7 @@ def balance_of_step(
     through_contact = float(last.tractions @ du)
     carried = float(np.abs(last.tractions) @ np.abs(u[: len(du)]))
     table = problem.comm.allreduce(np.array([*works, (through_contact,) * 2]))
+    left = problem.comm.allreduce(float((first.unbalanced + last.unbalanced) @ abs(du)))
     frictional = [one for one in contact.contacts if one.friction is not None]
     taken = sum(max(slip_work(one.surfaces.zones), 0.0) for one in frictional)
     taken += last.stored - first.stored
@@ -156,7 +161,7 @@ def balance_of_step(
         size=float(np.abs(table).max(axis=1).sum()) + abs(taken),
         ripple=first.ripple + last.ripple,
         held=problem.comm.allreduce(carried),
-        rounding=max(map(_rounding, contact.parts)),
+        rounding=left + max(map(_rounding, contact.parts)),
     )
 
 
@@ -175,6 +180,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     tractions = rows[contact.unknowns.u_owned].copy()
     vector.destroy()
     supplied = _supplied(problem, tractions + volume, of_begin)
+    unbalanced = np.where(problem.constrained, 0.0, np.abs(tractions + volume))
     stored, ripple, facets = 0.0, 0.0, []
     for one in contact.contacts:
         # Energy in springs of friction is in the work of slips
@@ -187,7 +193,7 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
                 ripple += work_on_gaps(one.zones)
             for zone in one.zones:
                 facets.append(_facets(zone, closes))
-    return _End(volume, tractions, supplied, stored, ripple, facets)
+    return _End(volume, tractions, unbalanced, supplied, stored, ripple, facets)
 
 
 def _facets(zone: ZoneData, has_multiplier: bool) -> _Facets:

@@ -147,7 +147,8 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
     elif least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
-        alone = comm.size == 1 and PETSc.Sys.hasExternalPackage("suitesparse")
+        names = "umfpack", "suitesparse"  # of PETSc 3.22, and before
+        alone = comm.size == 1 and any(map(PETSc.Sys.hasExternalPackage, names))
         options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
         name = "GMRES with lagged factors"
     return options, name

@@ -17,7 +17,13 @@ from ..errors import ContactError, NotFinite
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
 from .linear import inexact, linear_options
-from .petsc_objects import NOT_A_NUMBER, new_prefix, reason_in_words, take_tangent
+from .petsc_objects import (
+    NOT_A_NUMBER,
+    new_prefix,
+    raising,
+    reason_in_words,
+    take_tangent,
+)
 from .solver import MAX_IT, CoupledSolver, forwarded
 
 
@@ -138,7 +144,7 @@ class NewtonSolver(CoupledSolver):
         newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
         if self.convergence_criterion == "residual":
             newton.rtol = newton.atol = 0.0
-        with self._raising():
+        with raising(self._raised):
             try:
                 iterations, converged = newton.solve(x)
                 return iterations, None if converged else ""
@@ -361,7 +367,7 @@ class SNESSolver(CoupledSolver):
         snes = self.snes
         x.copy(self.x)
         self._weigh_rows()
-        with self._raising():
+        with raising(self._raised):
             snes.solve(None, self.x)
         # The last residual may be of a rejected trial step
         self.problem.form(self.x)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import re
 import weakref
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
@@ -134,6 +135,20 @@ def kept_inside(method: Callable[..., None]) -> Callable[..., None]:
                 thing.setConvergedReason(PETSc.KSP.ConvergedReason.DIVERGED_NANORINF)
 
     return inside
+
+
+@contextmanager
+def raising(raised: list[Exception]) -> Iterator[None]:
+    """Raise at the end of the block what code that PETSc calls raised in it, in place of
+    what PETSc and DOLFINx make of that."""
+    raised.clear()
+    try:
+        yield
+    except Exception:
+        if not raised:
+            raise
+    if raised:
+        raise raised.pop(0)
 
 
 class KnowsProblem:

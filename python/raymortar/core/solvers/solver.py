@@ -23,7 +23,7 @@ from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..hooks import hooks
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
-from .petsc_objects import CLOSE, PetscOptions, attach, renew, take_tangent
+from .petsc_objects import CLOSE, PetscOptions, attach, raising, renew, take_tangent
 
 # Settings of DOLFINx's Newton solver, which programs look for in others
 _NAMES = ("rtol", "atol", "max_it", "relaxation_parameter", "convergence_criterion")
@@ -217,23 +217,10 @@ class CoupledSolver(ABC):
             right.pointwiseMult(b, self._scale)
         before = ksp.getTolerances()[0]
         ksp.setTolerances(rtol=min(before, CLOSE))
-        with self._raising():
+        with raising(self._raised):
             ksp.solve(right, dx)
         ksp.setTolerances(rtol=before)
         right.destroy()
-
-    @contextmanager
-    def _raising(self) -> Iterator[None]:
-        """Raise at the end of the block what code that PETSc calls raised in it, in place
-        of what PETSc and DOLFINx make of that."""
-        self._raised.clear()
-        try:
-            yield
-        except Exception:
-            if not self._raised:
-                raise
-        if self._raised:
-            raise self._raised.pop(0)
 
 
 @functools.cache
