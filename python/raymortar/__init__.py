@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from . import io, rigid, solvers, tools
 from .condensed.condensed_problem import CondensedProblem
+from .constraints.reduction import Constraints
 from .core.contact import Contact
 from .core.errors import (
     ContactError,
@@ -41,6 +42,7 @@ from .smooth.curving import curve
 from .smooth.straight_facets import look_at_straight_facets, warn_of_turned_arcs
 from .solvers.automatic import suited_to_size
 from .solvers.kept_forms import keeper
+from .ties.pretension import Pretension
 from .ties.tie import Tie
 
 if TYPE_CHECKING:
@@ -61,6 +63,7 @@ hooks.on_accept.append(warn_of_turned_arcs)
 hooks.keeper, hooks.linear_solver = keeper, suited_to_size
 hooks.results, hooks.free_bodies = results_of, FreeBodies
 hooks.as_target, hooks.curve = as_body, curve
+hooks.constrain = Constraints
 
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {
@@ -106,6 +109,7 @@ __all__ = [
     "Output",
     "Pair",
     "Penalty",
+    "Pretension",
     "SNESSolver",
     "Search",
     "SetUpError",

@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "demos"))
 
 import assembly  # noqa: E402
 import blocks_3d  # noqa: E402
+import bolt  # noqa: E402
 import bouncing_ball  # noqa: E402
 import brake  # noqa: E402
 import buckling_tube  # noqa: E402
@@ -150,6 +151,10 @@ def test_a_wheel_rolls_two_turns(folder):
 
 def test_a_wheel_rolls_without_slip(folder):
     run(rolling, folder)
+
+
+def test_a_bolt_carries_its_pretension_and_then_the_load(folder):
+    run(bolt, folder)
 
 
 def test_a_sheet_is_bent_and_springs_back(folder):

@@ -8,6 +8,7 @@ from problems import COMM
 from programs import ROOT, blocks_of
 
 START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
+(PERIODIC,) = blocks_of("docs/recipes_joints.md", "python")
 PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
@@ -51,6 +52,21 @@ def test_a_fluid_presses_on_the_open_part_alone(run):
     closed = points["X"][points["status"] > 1, 0]
     assert 0.3 < closed.min() - 0.1 < x[is_wet].max() < closed.min()
     assert pressed[1] < -0.05
+
+
+def test_a_periodic_cell_slides_as_a_whole(run):
+    """What contact takes from the foot comes from the lid, and slides at mu."""
+    pytest.importorskip("dolfinx_mpc")
+    names = run(START, PERIODIC)
+    force = names["contact"].resultant().force
+    held = names["problem"].reactions({"lid": names["bcs"]})["lid"]
+    np.testing.assert_allclose(held + force, 0.0, atol=1e-9 * force[1])
+    u, V = names["u"].x.array.reshape(-1, 2), names["V"]
+    x = V.tabulate_dof_coordinates()
+    left, right = (np.flatnonzero(np.isclose(x[:, 0], side)) for side in (0.0, 1.0))
+    left, right = (at[np.argsort(x[at, 1])] for at in (left, right))
+    np.testing.assert_allclose(u[left], u[right], atol=1e-12)
+    assert force[1] > 0.0 and abs(force[0]) <= 0.3 * force[1] * (1 + 1e-9)
 
 
 @pytest.mark.mpi

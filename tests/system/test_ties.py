@@ -192,8 +192,8 @@ BAD = {
     "method must be AugmentedLagrangian or Penalty": {"method": "glue"},
     "no facets|tag 99": {"pairs": [(99, 4)]},
     "is slave and master of the same pair": {"pairs": [(3, 3)]},
-    "a Tie takes no rigid body as a master": {
-        "pairs": [(3, rigid.Line((0.0, 0.9), (0.0, 1.0)))]
+    "a surface follows one body": {
+        "pairs": [(3, rigid.Line((0.0, y), (0.0, 1.0))) for y in (0.8, 0.9)]
     },
 }
 

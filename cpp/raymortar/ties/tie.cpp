@@ -283,40 +283,9 @@ private:
 };
 
 template <int D>
-void put(std::vector<double>& values, std::size_t q, const Vec<D>& value)
-{
-  Eigen::Map<Vec<D>>(values.data() + D * q) = value;
-}
-
-template <int D>
 PointResults Kernel<D>::results(const ContactState& s) const
 {
-  const std::size_t n = s.points.size();
-  const std::vector<double> numbers(n, 0.0), vectors(n * D, 0.0);
-  PointResults r{.status = std::vector(n, ContactStatus::none),
-                 .gap = numbers,
-                 .pressure = numbers,
-                 .traction = vectors,
-                 .weight = s.points.area,
-                 .x = vectors,
-                 .normal = vectors,
-                 .contact_normal = vectors,
-                 .master_normal = vectors,
-                 .gamma = numbers,
-                 .slip = vectors,
-                 .closing = numbers,
-                 .friction = vectors,
-                 .dissipated = numbers};
-  for (std::size_t q = 0; q < n; ++q)
-  {
-    const Frame<D> f = frame_at<TaylorFacet<D>>(
-        AnyFacet<D>(s.slave, s.slave.x, s.points.slave[q])
-            .taylor(s.points.xi[q]),
-        Vec<D - 1>::Zero());
-    put<D>(r.x, q, f.x);
-    put<D>(r.normal, q, f.n);
-    put<D>(r.contact_normal, q, f.n);
-  }
+  PointResults r = tied_nowhere<D>(s);
   Nodal at(s);
   for (std::size_t e = 0; e < _elements.size(); ++e)
   {
@@ -337,9 +306,9 @@ PointResults Kernel<D>::results(const ContactState& s) const
       // A kept gap carries tractions over to where they act
       if (turns(p))
         Eigen::Map<Vec<D>>(r.x.data() + D * q) += p.gap * open.n;
-      put<D>(r.traction, q, t);
-      put<D>(r.slip, q, open.c - r.gap[q] * open.n);
-      put<D>(r.friction, q, t - r.pressure[q] * open.n);
+      put_at<D>(r.traction, q, t);
+      put_at<D>(r.slip, q, open.c - r.gap[q] * open.n);
+      put_at<D>(r.friction, q, t - r.pressure[q] * open.n);
     }
   }
   return r;

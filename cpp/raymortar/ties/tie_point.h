@@ -98,4 +98,43 @@ struct TieOpening
     G = dual_tangents(f) * p.dN.transpose();
   }
 };
+
+template <int D>
+void put_at(std::vector<double>& values, std::size_t q, const Vec<D>& value)
+{
+  Eigen::Map<Vec<D>>(values.data() + static_cast<std::size_t>(D) * q) = value;
+}
+
+/// @brief Results of a tie at points that have no master.
+template <int D>
+PointResults tied_nowhere(const ContactState& s)
+{
+  const std::size_t n = s.points.size();
+  const std::vector<double> numbers(n, 0.0), vectors(n * D, 0.0);
+  PointResults r{.status = std::vector(n, ContactStatus::none),
+                 .gap = numbers,
+                 .pressure = numbers,
+                 .traction = vectors,
+                 .weight = s.points.area,
+                 .x = vectors,
+                 .normal = vectors,
+                 .contact_normal = vectors,
+                 .master_normal = vectors,
+                 .gamma = numbers,
+                 .slip = vectors,
+                 .closing = numbers,
+                 .friction = vectors,
+                 .dissipated = numbers};
+  for (std::size_t q = 0; q < n; ++q)
+  {
+    const Frame<D> f = frame_at<TaylorFacet<D>>(
+        AnyFacet<D>(s.slave, s.slave.x, s.points.slave[q])
+            .taylor(s.points.xi[q]),
+        Vec<D - 1>::Zero());
+    put_at<D>(r.x, q, f.x);
+    put_at<D>(r.normal, q, f.n);
+    put_at<D>(r.contact_normal, q, f.n);
+  }
+  return r;
+}
 } // namespace raymortar

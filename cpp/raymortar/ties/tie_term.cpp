@@ -1,6 +1,8 @@
 #include "raymortar/ties/tie_term.h"
+#include "raymortar/element/free_tools.h"
 #include "raymortar/interface/cover_term.h"
 #include "raymortar/interface/damping_term.h"
+#include "raymortar/ties/rigid_tie.h"
 
 namespace raymortar
 {
@@ -8,7 +10,8 @@ namespace
 {
 Unknowns tied_unknowns(const ContactState& s, std::size_t e)
 {
-  return element_unknowns(s.elements.slave[e], s.elements.master[e]);
+  return element_unknowns(s.elements.slave[e], s.master_of(e),
+                          free_tool_of(s, e));
 }
 } // namespace
 
@@ -28,8 +31,8 @@ void TieTerm::take_gamma(const ContactState& s)
 void TieTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
 {
   for (std::size_t e = 0; e < s.elements.size(); ++e)
-    if (s.elements.master[e] != no_index)
-      needs.pairs.push_back({s.elements.slave[e], s.elements.master[e]});
+    if (const Index m = s.master_of(e); m != no_index)
+      needs.pairs.push_back({s.elements.slave[e], m});
 }
 
 Work TieTerm::residual(const ContactState& s, VectorSink& sink) const
@@ -69,8 +72,10 @@ std::vector<std::unique_ptr<Term>> TieTerms::make(const ContactState& s,
                                                   bool) const
 {
   std::vector<std::unique_ptr<Term>> terms;
-  terms.push_back(
-      std::make_unique<TieTerm>(make_tie_kernel(_gap, s.slave.gdim)));
+  const int gdim = s.slave.gdim;
+  terms.push_back(std::make_unique<TieTerm>(s.has_tools()
+                                                ? make_rigid_tie_kernel(gdim)
+                                                : make_tie_kernel(_gap, gdim)));
   terms.push_back(std::make_unique<DampingTerm>());
   terms.push_back(std::make_unique<CoverTerm>(s));
   return terms;

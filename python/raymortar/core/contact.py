@@ -25,6 +25,7 @@ from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Searc
 from .state import State
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
+from .terms import Term
 
 __all__ = ["Contact", "State"]
 
@@ -111,6 +112,8 @@ class Contact(Interaction):
 
     # Gaps of a `Tie`, kept or closed; None: contact
     tied: str | None = None
+    # What it adds to a problem's equations beside its own
+    terms: Sequence[Term] = ()
 
     def __init__(
         self,

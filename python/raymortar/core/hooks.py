@@ -61,6 +61,9 @@ class Hooks:
         the argument `smooth`; None: facets stay straight.
     free_bodies
         Makes the equations of free targets, from the coupled system.
+    constrain
+        Makes the reduction of a problem's equations by constraints, given these, the
+        system and Dirichlet conditions; None: a problem takes none.
     results
         Makes the results of a contact, or of several in one problem; None: no results.
     """
@@ -76,6 +79,7 @@ class Hooks:
     as_target: Callable[[Any], Any] | None = None
     curve: Callable[[Any, Any, Any, Any], Any] | None = None
     free_bodies: Callable[[Any], Any] | None = None
+    constrain: Callable[[Any, Any, Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
 
 

@@ -61,6 +61,12 @@ class NonlinearProblem(CoupledProblem):
         the problem is made. Give J, as UFL does not see how coefficients change. An
         error in it is raised on all ranks; `ConvergenceError` lets `LoadSteps` take a
         smaller step. No part of F then counts as linear.
+    constraints
+        Linear constraints between unknowns, as of periodic cells: a finalized
+        ``dolfinx_mpc.MultiPointConstraint``, or a sparse matrix T over the dofs of the
+        displacement, u = T u, in DOLFINx's order, whose rows are those of the identity
+        but for slaves. Slave nodes of contact that are slaves of constraints need
+        masters that are slave nodes of the same contact.
 
     Attributes
     ----------
@@ -104,10 +110,10 @@ class NonlinearProblem(CoupledProblem):
         form_compiler_options: Mapping[str, Any] | None = None,
         jit_options: Mapping[str, Any] | None = None,
         update: Callable[[], object] | None = None,
+        constraints: Any = None,
     ) -> None:
-        super().__init__(
-            F, contact, bcs, J, u, form_compiler_options, jit_options, update
-        )
+        forms = form_compiler_options, jit_options
+        super().__init__(F, contact, bcs, J, u, *forms, update, constraints)
         with together(self.comm):
             _check(petsc_options, petsc_options_prefix)
         self._petsc_options = None if petsc_options is None else dict(petsc_options)

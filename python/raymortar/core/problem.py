@@ -60,6 +60,8 @@ class CoupledProblem:
     ----------
     terms
         Terms of the equations beside forms and contact.
+    constraints
+        Unknowns that are combinations of others; None: there are none.
     part_of
         Task that solves are a part of, such as load steps: members of
         `diagnose.failure.InUse`.
@@ -77,6 +79,7 @@ class CoupledProblem:
         form_compiler_options: Mapping[str, Any] | None = None,
         jit_options: Mapping[str, Any] | None = None,
         update: Callable[[], object] | None = None,
+        constraints: Any = None,
     ) -> None:
         contacts, additions = apart(contact)
         if additions and not contacts:
@@ -96,10 +99,16 @@ class CoupledProblem:
                 one.require_among(self.contact.contacts)
             require_apart(additions)
         self.terms: list[Term] = terms_of(additions)
+        self.terms += [term for one in self.contact.contacts for term in one.terms]
         own = [f for term in self.terms for f in term.functions]
         self.contact.system.solve_for([*functions, *own])
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
+        self.constraints: Any = None
+        if constraints is not None:
+            assert hooks.constrain is not None, "the core alone has no constraints"
+            of = constraints, self.contact.system, self.bcs
+            self.constraints = hooks.constrain(*of)
         for term in self.terms:
             term.start(self.contact.system)
         with together(comm):
@@ -135,7 +144,8 @@ class CoupledProblem:
         self._pattern.terms = self.terms
         for term in self.terms:
             term.couple(self._pattern)
-        known = F if is_derivative and is_linear(self.terms) else None
+        kept = is_linear(self.terms) and self.constraints is None
+        known = F if is_derivative and kept else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
         groups = groups_of(self.contact.system)
         self.convergence = Convergence(groups)
@@ -182,7 +192,7 @@ class CoupledProblem:
         if is_first:
             for call in hooks.on_setup:
                 call(self)
-        return A
+        return A if self.constraints is None else self.constraints.create_matrix(A)
 
     def make_room_for(self, M: PETSc.Mat) -> None:
         """Let the tangent have room for another matrix over the coupled unknowns, with
@@ -214,6 +224,8 @@ class CoupledProblem:
             self.contact.system.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
         self.contact.to_vector(x)
+        if self.constraints is not None:
+            self.constraints.apply(x)
         return x
 
     def form(self, x: PETSc.Vec) -> None:
@@ -237,7 +249,8 @@ class CoupledProblem:
         if self.contact.parts[0].volume is not self._pattern:
             self.contact.system.use_volume(self._pattern)
         seen = self._revision
-        self._revision = self.contact.system.take(x, seen)
+        full = x if self.constraints is None else self.constraints.applied(x)
+        self._revision = self.contact.system.take(full, seen)
         if seen is None:
             # The motion of segments below rigid bodies that have moved in this step is
             # left out of the tangent. It is not lifted, so that the first residual is
@@ -284,9 +297,28 @@ class CoupledProblem:
         for term in self.terms:
             if contact or not term.is_of_contact:
                 volume += term.residual(self.bcs, lacking)
-        return self.contact.system.assemble_residual(
+        norms = self.contact.system.assemble_residual(
             b, self.bcs, volume, lacking, contact
         )
+        changed = contact and self._add_behind(b)
+        if self.constraints is not None:
+            self.constraints.reduce(b)
+        elif not changed:
+            return norms
+        free = b.array_r.copy()
+        free[: len(lacking.fixed)][lacking.fixed] = 0.0
+        if self.constraints is not None:
+            free[self.constraints.own] = 0.0
+        return np.sqrt(self.convergence.groups.sum(free**2)), *norms[1:]
+
+    def _add_behind(self, b: PETSc.Vec) -> bool:
+        """Add what terms have in rows behind those of the forms. Whether any has."""
+        found = [
+            one for t in self.terms if (one := t.multiplier_residual()) is not None
+        ]
+        for one in found:
+            b.array[len(b.array_r) - len(one) :] += one
+        return bool(found)
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
@@ -332,6 +364,9 @@ class CoupledProblem:
         """
         self.form(x)
         self.tangents += 1
+        whole = A
+        if self.constraints is not None:
+            A = self.constraints.inner
         renewed = self.contact.system.extend_room(A)
         if not renewed:
             A.zeroEntries()
@@ -342,6 +377,8 @@ class CoupledProblem:
         for term in self.terms:
             term.add_tangent(A, self.bcs)
         A.assemble()
+        if self.constraints is not None:
+            self.constraints.fill(whole, renewed)
         return renewed
 
     @contextmanager

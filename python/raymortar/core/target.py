@@ -28,26 +28,31 @@ class Target(ABC):
     shape
         What rays hit: ``shape.gdim`` is its dimension, None for any, ``shape.place`` its
         centre.
-    tool, cpp
-        The shape, and its position, unknowns and loads, in C++.
+    tool, follower, cpp
+        The shape, what tied surfaces meet in its place, and its position, unknowns and
+        loads, in C++.
     freedom
         Unknowns that follow from forces.
     force, moment
         Its loads.
     centre, place
         Its centre before any motion, and now, (3,).
+    has_surface
+        Whether anything can touch it.
     """
 
     name: str
     is_named: bool
     shape: Any
     tool: Any
+    follower: Any
     cpp: Any
     freedom: Any
     force: Any
     moment: Any
     centre: Array
     place: Any
+    has_surface: bool
 
     @property
     def is_free(self) -> bool:

@@ -60,6 +60,11 @@ class Term:
         the unknowns lack to meet the conditions."""
         return 0.0
 
+    def multiplier_residual(self) -> Array | None:
+        """Residual of the owned rows behind those of the forms, (rows - n,), after
+        `residual`; None: nothing."""
+        return None
+
     def forces(self, bcs: Sequence[Any]) -> Array | float:
         """Forces of a body at the owned unknowns of the forms, (n,), after a solve."""
         return 0.0

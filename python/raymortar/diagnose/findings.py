@@ -123,7 +123,7 @@ def pair_names(contact: Interaction) -> dict[int, str]:
 def deepest_on_tools(contact: Interaction) -> tuple[float, str]:
     """Find the deepest pressed point of slaves with multipliers on rigid tools, over its
     facet's size, and a sentence on it. Collective."""
-    on_tools = [zone for zone in _zones(contact) if zone.facets.bodies]
+    on_tools = [z for z in _zones(contact) if z.facets.bodies and not z.tied]
     names = pair_names(contact) if on_tools else {}
     share, pair, place, text = _worst(
         contact, (_pressed(z, names[id(z)]) for z in on_tools)

@@ -48,6 +48,7 @@ def passed_surfaces(problem: CoupledProblem) -> list[str]:
     found = [
         _passed_by_tools(zone, contact) if zone.facets.bodies else _lost(zone, contact)
         for zone in contact.zones
+        if not zone.tied
     ]
     return [*filter(None, found)]
 

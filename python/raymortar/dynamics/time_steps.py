@@ -366,6 +366,11 @@ def _check(
         raise ContactError(f"inertia must be an Inertia, not {described(inertia)}")
     if inertia.contact.contacts != problem.contact.contacts:
         raise ContactError("inertia is of another contact than the problem")
+    if problem.constraints is not None:
+        raise ContactError(
+            "TimeSteps takes no problem with constraints, which accelerations would not "
+            "meet"
+        )
     positive("dt", dt)
     for name, value in (("start", start), ("end", end)):
         if not (is_real_number(value) and np.isfinite(value)):

@@ -34,6 +34,8 @@ def curves(body: Body, lower: Array, upper: Array) -> list[Array]:
     """
     R, shift = body.pose_of(body.motion())
     shape, dim, found = body.shape, len(lower), []
+    if not body.has_surface:
+        return []
     if isinstance(shape, Surface):
         edges = np.pad(_edges(shape), ((0, 0), (0, 0), (0, 3 - shape.points.shape[1])))
         lines = iter(edges @ R.T + shift)

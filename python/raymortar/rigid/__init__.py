@@ -6,7 +6,18 @@ where it was made. A `Body` moves it, or lets forces move it.
 
 from .body import Body
 from .polyline import Polyline
-from .shapes import Circle, Cone, Cylinder, Implicit, Line, Plane, Sphere, Torus, Wedge
+from .shapes import (
+    Circle,
+    Cone,
+    Cylinder,
+    Frame,
+    Implicit,
+    Line,
+    Plane,
+    Sphere,
+    Torus,
+    Wedge,
+)
 from .surface import Surface
 
 __all__ = [
@@ -14,6 +25,7 @@ __all__ = [
     "Circle",
     "Cone",
     "Cylinder",
+    "Frame",
     "Implicit",
     "Line",
     "Plane",

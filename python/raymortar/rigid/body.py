@@ -13,7 +13,7 @@ from ..core.compat import Array
 from ..core.errors import ContactError, is_real_number, positive, vector
 from ..core.target import Target
 from .freedom import Freedom, by_name, inertia_tensor
-from .shapes import Shape, Vector
+from .shapes import Frame, Shape, Vector, follower
 
 
 class Body(Target):
@@ -92,7 +92,7 @@ class Body(Target):
             raise ContactError(f"name must be a string, not {name!r}")
         self.name = type(shape).__name__ if name is None else name
         self.is_named = name is not None
-        self.shape = shape
+        self.shape, self.has_surface = shape, not isinstance(shape, Frame)
         gdim = shape.gdim
         self.centre: Array = (
             shape.place if centre is None else vector("centre", centre, gdim)
@@ -195,6 +195,11 @@ class Body(Target):
     def tool(self) -> _cpp.Tool:
         """The shape as C++ has it."""
         return self.shape.cpp()
+
+    @cached_property
+    def follower(self) -> _cpp.Tool:
+        """What tied surfaces meet in its place, as C++ has it."""
+        return follower()
 
     def move(
         self, translation: Vector | None = None, rotation: float | Vector | None = None

@@ -88,6 +88,46 @@ class _ClosedForm(Shape):
         return type(self)._make(*self._arguments())
 
 
+def follower() -> _cpp.Tool:
+    """Tool that every ray enters where it begins: what is tied to a body follows it,
+    whatever the body's shape."""
+
+    def cast(x: Array, n: Array) -> tuple[Any, Array, Array, Array]:
+        hits = np.ones(len(x), dtype=np.int8)
+        return hits, np.zeros(len(x)), -n, np.zeros((len(x), 3, 3))
+
+    return _cpp.called_tool(cast=cast, distance=lambda x: 0.0)
+
+
+@dataclass(frozen=True)
+class Frame(Shape):
+    """A point and axes without a surface: the shape of hubs, bolts and levers.
+
+    Surfaces follow it by a `Tie`; nothing touches it.
+
+    Parameters
+    ----------
+    point
+        Centre of rotations and moments: 2 numbers, or 3. Length.
+    """
+
+    point: Vector
+
+    def __post_init__(self) -> None:
+        vector("point", self.point, None)
+
+    @property
+    def gdim(self) -> int:
+        return len(self.point)
+
+    @property
+    def place(self) -> Array:
+        return vector("point", self.point)
+
+    def cpp(self) -> _cpp.Tool:
+        return follower()
+
+
 @dataclass(frozen=True)
 class Plane(_ClosedForm):
     """Half-space whose boundary passes through a point. For 2D see `Line`.

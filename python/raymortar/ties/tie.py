@@ -28,14 +28,20 @@ class Tie(Contact):
 
     .. math:: x_m - x_s - g_0 n = 0
 
-    at every time: a rigid motion of both is free of stress, however large. It goes
-    wherever a `Contact` does, alone or in a list with others.
+    at every time: a rigid motion of both is free of stress, however large. A surface
+    that is tied to a rigid body follows it: with the body's rotation R and shift b
+
+    .. math:: R X + b - x_s = 0
+
+    whatever the body's shape. A tie goes wherever a `Contact` does, alone or in a list
+    with others.
 
     Parameters
     ----------
     u, facet_tags, pairs, quadrature_degree, search, names, axisymmetric
-        The same as for `Contact`. Masters are facets, not rigid bodies. Search
-        distances hold for the undeformed bodies: surfaces farther apart are not tied.
+        The same as for `Contact`. The master of a pair is a tag, or a `rigid.Body`: one
+        that is led or free, of any shape or a `rigid.Frame`. Search distances hold for
+        the undeformed bodies: surfaces farther apart are not tied.
     method
         `AugmentedLagrangian`, whose multiplier is a vector here, or `Penalty`, whose
         coefficient holds all components. With a multiplier gamma changes no result.
@@ -90,21 +96,29 @@ class Tie(Contact):
             axisymmetric=axisymmetric,
         )
         require_agreement(self.layout.comm, adjust=adjust, partial=partial)
-        self._refuse_bodies()
+        self._check_bodies()
         self.assembly.present.pair_tie(partial)
         self.assembly.find_cross_points([self.surfaces])
         self.update()
 
-    def _refuse_bodies(self) -> None:
-        """Raise for rigid bodies: their surface moves as no displacement does."""
-        found = [body.name for zone in self.zones for body in zone.facets.bodies]
-        raise_everywhere(
-            self.layout.comm,
-            f"a Tie takes no rigid body as a master, and was given {found[0]}: "
-            "prescribe the displacement instead"
-            if found
-            else None,
-        )
+    def _check_bodies(self) -> None:
+        """Raise for a surface that is to follow several bodies, and for gaps to close
+        where there are none."""
+        message = None
+        for zone in self.zones:
+            bodies = zone.facets.bodies
+            if len(bodies) > 1:
+                message = (
+                    f"{zone.facets.spoken} is tied to the rigid {bodies[0].name} and the "
+                    f"rigid {bodies[1].name}: a surface follows one body; split its tag"
+                )
+            elif bodies and self.tied == "close":
+                message = (
+                    f"{zone.facets.spoken} is tied to the rigid {bodies[0].name}, which "
+                    "it follows from where it is: there is no gap to close, leave adjust "
+                    "out"
+                )
+        raise_everywhere(self.layout.comm, message)
 
     def set_offset(self, offset: Any) -> NoReturn:
         """A tie has none: see `adjust` of `Tie`."""

@@ -233,6 +233,7 @@ def checked(
         each, groups = read_pairs(pairs, known)
         meshes = len(unknowns.displacements)
         _require_leader(groups, options, tied, names_by_tag(known), meshes)
+        _require_surfaces(groups, tied)
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
     for part in unknowns.displacements:
         check_space(part.u)
@@ -250,6 +251,17 @@ def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
             ends = ends_of(np.concatenate(sides), comm)
             body.freedom.lever = float(np.linalg.norm(np.ptp(ends, axis=0)))
     return list(found)
+
+
+def _require_surfaces(groups: Sequence[Group], tied: str | None) -> None:
+    """Raise for contact with a body that nothing can touch."""
+    for group in groups if tied is None else []:
+        for body in group.masters:
+            if isinstance(body, Target) and not body.has_surface:
+                raise ContactError(
+                    f"the rigid {body.name} is a Frame, which has no surface to touch: "
+                    "let a surface follow it by Tie(u, facet_tags, [(slave, body)])"
+                )
 
 
 def _require_leader(

@@ -223,6 +223,7 @@ class PresentState:
         self.steps += 1
         self.note_change()
         if self._surfaces.tied is not None:  # it has no other history
+            self._accept_bodies()
             return
         if self._slip is not None and self.updates:
             step = Function(self._slip.function_space)
@@ -234,16 +235,20 @@ class PresentState:
             if self._options.has_springs:
                 for zone in self._zones:
                     zone.traction_old, zone.spring_points = zone.cpp.accepted_springs()
-        for zone in self._zones:
-            zone.motions.accept()
-        for body in self._surfaces.layout.bodies:
-            body.cpp.accept()
+        self._accept_bodies()
         self._is_sent = False
         if self.updates:
             self._note_opposite()
         if self._watches_arcs:
             told = [look(self._surfaces) for look in hooks.on_accept]
             self._watches_arcs = not any(told)
+
+    def _accept_bodies(self) -> None:
+        """Take the motions of rigid bodies as those of the accepted step."""
+        for zone in self._zones:
+            zone.motions.accept()
+        for body in self._surfaces.layout.bodies:
+            body.cpp.accept()
 
     def augment(self) -> float | None:
         """Change gaps by what a solve has found, for the next one. Collective.

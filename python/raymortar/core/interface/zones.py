@@ -119,7 +119,7 @@ def create_zone(
         master=master,
         master_node_ids=zone.master_surface.node_ids,
         master_dof_ids=zone.master_surface.dof_ids,
-        tools=[body.tool for body in zone.bodies],
+        tools=[b.tool if tied is None else b.follower for b in zone.bodies],
         multipliers=multipliers,
         dual_multiplier=options.method.is_dual,
         method=options.method.cpp,
