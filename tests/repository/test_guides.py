@@ -192,6 +192,12 @@ BEFORE: dict[str, list[str | None]] = {
         "u = fem.Function(tools.vector_space(mesh, 1))",
         PROBLEM,
     ],
+    "docs/adjoint.md": [
+        "from petsc4py import PETSc\nfrom raymortar import NonlinearProblem\n"
+        "E = fem.Constant(mesh, PETSc.ScalarType(1.0))\n"
+        "load = fem.Constant(mesh, PETSc.ScalarType((0.0, 0.0)))\n"
+        "residual = E * residual - ufl.inner(load, v) * ufl.dx\npress(1.0)" + PROBLEM,
+    ],
     "docs/friction.md": ["", PROBLEM + "step = 0.0"],
     "docs/recipes.md": [None] * 5,
     "docs/recipes_joints.md": [None],
