@@ -45,10 +45,11 @@ class Linearised:
         self.problem.F(self._x, b)
         b.destroy()
         self.problem.history[:] = before
-        last = self.problem.convergence.now
+        convergence = self.problem.convergence
+        last = convergence.now
         forces = np.linalg.norm(last.forces[: last.count])
         message = None
-        if not last.norm <= NOT_CONVERGED * forces:
+        if not last.norm <= max(NOT_CONVERGED * forces, convergence.floor):
             message = (
                 f"the residual at the present state is {last.norm:.3g}, of forces of "
                 f"{forces:.3g}: solve the problem first, and call gradient before "
