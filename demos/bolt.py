@@ -18,7 +18,7 @@ from dolfinx import fem
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar import tools
+from raymortar import io, tools
 
 # Lengths in mm, stresses in MPa, forces in N of a full turn
 E, NU, FORCE, LOAD = 2.1e5, 0.3, 5000.0, 6000.0
@@ -75,7 +75,6 @@ def main(arguments=None):
         tools.prescribe(V, tags.find(OUT_LOW), component=1),
     ]
 
-    # The bolt, and three contacts
     full = dict(axisymmetric=True)
     bolt = raymortar.Pretension(u, tags, (CUT_A, CUT_B), (0.0, 1.0), **full)
     head, nut, joint = (
@@ -113,6 +112,7 @@ def main(arguments=None):
     exact = pulled, np.maximum(pulled, FORCE), "load or pretension, if larger"
     shown = "von Mises stress (MPa)", exact, (pulled, tension, "bolt"), axes
     drawing.field_and_curve(args.output / "bolt.png", u, mises, *shown, sides=(-1, 1))
+    io.write_xdmf(args.output / "bolt.xdmf", mesh, [u, mises])
     return report.finish("balance")
 
 

@@ -8,7 +8,7 @@ from problems import COMM
 from programs import ROOT, blocks_of
 
 START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
-(PERIODIC,) = blocks_of("docs/recipes_joints.md", "python")
+CRACK, PERIODIC = blocks_of("docs/recipes_joints.md", "python")
 PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
@@ -30,6 +30,16 @@ def run(folder, monkeypatch):
         return names
 
     return run
+
+
+def test_faces_of_a_crack_slide_under_friction(run):
+    """They press, slide at the limit of friction, and balance each other."""
+    names = run(START, CRACK)
+    force = names["contact"].resultant().force
+    assert force[1] > 0.03
+    assert abs(force[0]) == pytest.approx(0.2 * force[1], rel=0.01)
+    held = names["problem"].reactions({"foot": names["bcs"][0], "lid": names["bcs"][1]})
+    np.testing.assert_allclose(held["foot"], -held["lid"], atol=1e-10)
 
 
 def test_a_fluid_presses_on_the_open_part_alone(run):

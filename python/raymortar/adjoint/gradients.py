@@ -95,6 +95,8 @@ def refuse(problem: CoupledProblem) -> None:
             "adjoint: update= sets coefficients of the forms, whose derivatives UFL does "
             "not see"
         )
+    if problem.constraints is not None:
+        raise SetUpError("adjoint: constraints= have no derivative here")
     if problem.terms:
         name = type(problem.terms[0]).__name__
         raise SetUpError(

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
+from .. import _cpp
 from ..core.compat import Array
 from ..core.discretization.ranks import destroy
 from ..core.errors import SetUpError, raise_everywhere
@@ -18,6 +20,8 @@ from .multipliers import mirrored_multipliers
 from .prolongation import Slaves, slaves_of
 
 _Structure = PETSc.Mat.Structure
+# Name under which a matrix carries its pattern
+_PATTERN = "raymortar_pattern"
 
 
 class Constraints:
@@ -118,19 +122,20 @@ class Constraints:
         destroy(half)
         return found
 
-    def fill(self, A: PETSc.Mat, is_new: bool) -> None:
-        """Set the reduced tangent; of a new pattern of `inner` it has new entries.
-        Collective."""
-        product = self._product()
+    def fill(self, A: PETSc.Mat) -> None:
+        """Set the reduced tangent, which gets the pattern of the product where it has
+        another. Collective."""
         assert self.inner is not None
-        A.zeroEntries()
-        A.axpy(
-            1.0,
-            product,
-            _Structure.DIFFERENT_NONZERO_PATTERN
-            if is_new
-            else _Structure.SUBSET_NONZERO_PATTERN,
+        product = self._product()
+        product.axpy(1.0, self._of_slaves, _Structure.DIFFERENT_NONZERO_PATTERN)
+        begin, columns, _ = product.getValuesCSR()
+        pattern = A.getAttr(_PATTERN)
+        same = pattern is not None and all(
+            map(np.array_equal, pattern, (begin, columns))
         )
-        A.axpy(1.0, self._of_slaves, _Structure.SUBSET_NONZERO_PATTERN)
+        if not self._layout.comm.allreduce(same, op=MPI.LAND):
+            _cpp.set_pattern(A.handle, begin, columns)
+            A.setAttr(_PATTERN, (begin, columns))
+        product.copy(A, _Structure.SAME_NONZERO_PATTERN)
         A.setAttr(ROOM, self.inner.getAttr(ROOM))
         destroy(product)

@@ -300,7 +300,7 @@ class CoupledProblem:
         norms = self.contact.system.assemble_residual(
             b, self.bcs, volume, lacking, contact
         )
-        changed = contact and self._add_behind(b)
+        changed = bool(self.terms) and contact and self._add_behind(b)
         if self.constraints is not None:
             self.constraints.reduce(b)
         elif not changed:
@@ -378,7 +378,7 @@ class CoupledProblem:
             term.add_tangent(A, self.bcs)
         A.assemble()
         if self.constraints is not None:
-            self.constraints.fill(whole, renewed)
+            self.constraints.fill(whole)
         return renewed
 
     @contextmanager

@@ -127,7 +127,7 @@ class OpeningTerm(Term):
         d = np.arange(len(self._axis))
         for zone in self._part.zones:
             first = self._part.layout.multiplier_rows[zone.multiplier_table]
-            own = (first[..., None] + d).reshape(len(first), -1)
+            own = (first[..., None] + d).reshape(len(first), first.shape[1] * len(d))
             rows = np.column_stack([own, np.full(len(own), self._row)])
             found.append(
                 _cpp.FieldRows(
