@@ -14,11 +14,20 @@ from ..core.errors import ContactError
 from .forms import by_constant, by_function, has
 
 
+def _in_cpp(given: Any) -> Any:
+    """The C++ object of a Constant or Function."""
+    return getattr(given, "_cpp_object", given)
+
+
 class Control(ABC):
     """A parameter. Derivatives of several steps are added up in `start`'s arrays."""
 
     def require_in(self, forms: Sequence[Any]) -> None:
         """Raise unless it is in one of the forms, if it should be."""
+
+    def is_value_of(self, bc: Any) -> bool:
+        """Whether a Dirichlet condition has its value."""
+        return False
 
     @abstractmethod
     def start(self, problem: Any) -> Array:
@@ -45,6 +54,10 @@ class OfForm(Control):
             raise ContactError(
                 f"controls: {name} is neither in the forms of the problem nor in J"
             )
+
+    def is_value_of(self, bc: Any) -> bool:
+        values = getattr(bc, "g", None), getattr(bc, "value", None)
+        return any(v is self._given or v is _in_cpp(self._given) for v in values)
 
     def start(self, problem: Any) -> Array:
         given, unknowns = self._given, problem.contact.unknowns

@@ -6,7 +6,10 @@ from collections.abc import Sequence
 from typing import Any
 from weakref import WeakSet
 
+from mpi4py import MPI
 from petsc4py import PETSc
+
+import numpy as np
 
 from ..condensed.condensed_problem import CondensedProblem
 from ..core.compat import Array
@@ -80,6 +83,10 @@ def checked(
         those = [as_control(one) for one in (controls if several else [controls])]
         for one in those:
             one.require_in(all_forms(problem, functional))
+            if any(one.is_value_of(bc) for bc in problem.bcs):
+                raise ContactError(
+                    "controls: a value of a Dirichlet condition has no derivative here"
+                )
         for contact in functional.contacts:
             if not any(contact is one for one in problem.contact.contacts):
                 raise ContactError("J is of a contact that is none of the problem's")
@@ -107,6 +114,17 @@ def refuse(problem: CoupledProblem) -> None:
     for contact in problem.contact.contacts:
         if contact.tied is not None:
             raise SetUpError("adjoint: a Tie has no derivative here")
+        present: Any = contact.parts[0].present
+        is_accepted = present.steps > 0 and np.array_equal(
+            contact.u.x.array, present.u_old
+        )
+        if contact.friction is not None and problem.comm.allreduce(
+            is_accepted, MPI.LAND
+        ):
+            raise SetUpError(
+                "adjoint: the step has been accepted, and friction begins anew from it: "
+                "call gradient before contact.advance()"
+            )
         if contact.tangent == "fixed":
             raise SetUpError("adjoint: tangent='fixed' is not the whole derivative")
 
