@@ -11,8 +11,8 @@ namespace raymortar
 struct HeldFacets
 {
   std::vector<FacetBlock> facets;
-  /// Blocks of the same facets that stay where friction keeps what nothing feels
-  /// [theory (5.23)]
+  /// Blocks of the same facets that stay where friction keeps what nothing
+  /// feels [theory (5.23)]
   std::vector<FacetBlock> rest;
   /// Facets that have no held node or have met a master, (facets,)
   std::vector<std::int8_t> known;
