@@ -27,6 +27,13 @@ from raymortar import (
 from raymortar.core import compat
 
 pytestmark = pytest.mark.mpi
+
+
+def assert_alike(found, wanted):
+    """Two forces are equal but for rounding: ranks add in any order."""
+    assert np.linalg.norm(found - wanted) <= 1e-9 * np.linalg.norm(wanted)
+
+
 OPEN = AugmentedLagrangian(condition=None)
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 
@@ -71,7 +78,7 @@ def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog, monkeypa
     told = [m for m in caplog.messages if "law at nodes with dual multipliers" in m]
     assert len(told) == (1 if COMM.rank == 0 else 0)
     same, given = blocks(cell, 1, DUAL, friction=friction)
-    np.testing.assert_array_equal(pressed(scene, chosen), pressed(same, given))
+    assert_alike(pressed(scene, chosen), pressed(same, given))
     assert " as " not in repr(given)
 
 
@@ -79,7 +86,7 @@ def test_degree_1_has_dual_multipliers_at_nodes(cell, friction, caplog, monkeypa
 def test_degree_2_has_a_law_at_points(cell):
     scene, chosen = blocks(cell, 2, OPEN)
     same, given = blocks(cell, 2, AugmentedLagrangian())
-    np.testing.assert_array_equal(pressed(scene, chosen), pressed(same, given))
+    assert_alike(pressed(scene, chosen), pressed(same, given))
     assert condition_of(chosen) == ("points", None)
     assert "as displacements have degree 2" in repr(chosen)
 
@@ -134,9 +141,7 @@ def test_bodies_that_bend_have_the_law_at_nodes(friction, unit, caplog):
         again = NonlinearProblem(neo_hookean(u, 1e3 / unit), other, bcs)
         circle.move((0.0, -0.02 * unit))
         again.solve()
-        found, wanted = contact.resultant().force, other.resultant().force
-        # Sideways it is a rounding error
-        assert np.linalg.norm(found - wanted) <= 1e-9 * np.linalg.norm(wanted)
+        assert_alike(contact.resultant().force, other.resultant().force)
         assert str(contact.gamma) == str(other.gamma)
 
 
@@ -149,7 +154,7 @@ def test_what_takes_tractions_at_points_has_a_vector():
     same, given = blocks(
         "triangle", 1, AugmentedLagrangian(condition="nodes", multiplier="vector")
     )
-    np.testing.assert_array_equal(pressed(scene, contact), pressed(same, given))
+    assert_alike(pressed(scene, contact), pressed(same, given))
 
 
 @pytest.mark.parametrize("cell", ["triangle", "tetrahedron"])
@@ -185,6 +190,7 @@ def test_a_tie_holds_at_points():
     assert " as " not in repr(tie)
 
 
+@pytest.mark.skipif(COMM.size > 1, reason="ranks refuse it together, in a Contact")
 def test_a_condition_that_is_none_of_these_is_refused():
     with pytest.raises(ContactError, match="condition must be one of"):
         AugmentedLagrangian(condition="nowhere")
