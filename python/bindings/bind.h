@@ -9,6 +9,7 @@ void bind_geometry(py::module_& m);
 void bind_surface(py::module_& m);
 void bind_zone(py::module_& m);
 void bind_assembly(py::module_& m);
+void bind_parameters(py::module_& m);
 void bind_flux(py::module_& m);
 void bind_rigid(py::module_& m);
 } // namespace raymortar::bindings

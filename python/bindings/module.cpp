@@ -13,6 +13,7 @@ PYBIND11_MODULE(_cpp, m)
   raymortar::bindings::bind_body(m);
   raymortar::bindings::bind_zone(m);
   raymortar::bindings::bind_assembly(m);
+  raymortar::bindings::bind_parameters(m);
   raymortar::bindings::bind_system(m);
   raymortar::bindings::bind_flux(m);
 }

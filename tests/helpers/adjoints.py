@@ -105,10 +105,20 @@ class Scene:
 
     def directions(self):
         """By parameter: the control, and the direction of its change."""
-        return {
+        from raymortar import adjoint
+
+        found = {
             "modulus": (self.E, stiffness_field),
             "load": (self.load, np.eye(len(self.load.value))[-1]),
+            "offset": (adjoint.offset(self.contact), offset_field),
+            "shape": (adjoint.coordinates(self.u.function_space.mesh), self.moved),
         }
+        if self.contact.friction is not None:
+            found["friction"] = adjoint.friction(self.contact), 1.0
+        if self.body is not None:
+            found["radius"] = adjoint.radius(self.body), 1.0
+            found["place"] = adjoint.place(self.body), None
+        return found
 
 
 def along(gradient, direction):

@@ -5,6 +5,7 @@
 #include "raymortar/element/measure.h"
 #include "raymortar/element/node_sums.h"
 #include "raymortar/element/pair_factors.h"
+#include "raymortar/element/parameter.h"
 #include "raymortar/element/spring_points.h"
 #include "raymortar/law/friction.h"
 #include "raymortar/law/point_law.h"
@@ -198,6 +199,13 @@ public:
                        std::span<const std::size_t> elements,
                        const BlockSink& sink,
                        const CouplingSink& couplings) const = 0;
+
+  /// @brief Derivatives of the residual by a parameter, in blocks as those of
+  /// the tangent, of all elements.
+  virtual void by_parameter(const ContactState&, const Parameter&,
+                            const BlockSink&) const
+  {
+  }
 
   /// @brief What points give to the nodes at which the law holds.
   /// @param[out] tested Gaps and slips of each facet, which `NodeSums` are then

@@ -5,6 +5,7 @@
 #include "raymortar/element/any_points.h"
 #include "raymortar/element/choose_law.h"
 #include "raymortar/element/law_gaps.h"
+#include "raymortar/element/parameter_element.h"
 #include "raymortar/element/segment_motion.h"
 
 namespace raymortar
@@ -112,6 +113,36 @@ public:
       add_points({e, points->shapes.alone(), size, kernel->A.data(), couplings},
                  *points, *kernel, moves ? motion.get() : nullptr);
       sink(e, kernel->A.data(), size);
+    }
+  }
+
+  void by_parameter(const ContactState& s, const Parameter& by,
+                    const BlockSink& sink) const override
+  {
+    const auto kernel = std::make_unique<ParameterElement<D, Law, Kernel>>(by);
+    const auto points = std::make_unique<Points>(
+        s, Wanted{.old = true, .target = true, .bends = true, .along = true},
+        tractions());
+    const Nodes* nodes = nullptr;
+    if constexpr (nodal)
+      nodes = &points->nodes.emplace(s, _dual.get());
+    for (std::size_t e = 0; e < s.elements.size(); ++e)
+    {
+      points->take(e);
+      kernel->clear_tangent(points->shapes.size());
+      for_points(*points, e,
+                 [&](std::size_t)
+                 {
+                   if (points->has_target)
+                     kernel->add_by_parameter(points->data, points->at,
+                                              s.elements.master[e],
+                                              points->shapes, nodes);
+                   else
+                     kernel->add_by_parameter(points->data,
+                                              Slave(points->data, points->at),
+                                              points->shapes);
+                 });
+      sink(e, kernel->A.data(), points->shapes.size());
     }
   }
 

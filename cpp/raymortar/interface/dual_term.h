@@ -31,6 +31,12 @@ public:
   void add_needs(const ContactState& s, PatternNeeds& needs) const override;
   Work residual(const ContactState& s, VectorSink& sink) const override;
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
+  /// Functions depend on undeformed areas too, which are not offered here
+  void by_parameter(const ContactState& s, const Parameter& by,
+                    MatrixSink& sink) const override
+  {
+    _mortar.by_parameter(s, by, sink);
+  }
 
 private:
   std::shared_ptr<DualField> _dual; ///< that the kernel reads

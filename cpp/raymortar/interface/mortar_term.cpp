@@ -140,4 +140,13 @@ Work MortarTerm::tangent(const ContactState& s, MatrixSink& sink) const
       });
   return {static_cast<std::int64_t>(elements.size()), skipped};
 }
+
+void MortarTerm::by_parameter(const ContactState& s, const Parameter& by,
+                              MatrixSink& sink) const
+{
+  _assembler->by_parameter(
+      s, by,
+      [&](std::size_t e, const double* block, int)
+      { sink.add(unknowns_of(s, e), unknowns_of(s, e), block); });
+}
 } // namespace raymortar

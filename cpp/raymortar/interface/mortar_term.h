@@ -24,6 +24,8 @@ public:
   /// Blocks that are zero are not computed: those of points without contact
   /// where there is no multiplier
   Work tangent(const ContactState& s, MatrixSink& sink) const override;
+  void by_parameter(const ContactState& s, const Parameter& by,
+                    MatrixSink& sink) const override;
 
 private:
   std::unique_ptr<Assembler> _assembler;

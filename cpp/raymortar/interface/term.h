@@ -79,5 +79,12 @@ public:
 
   virtual Work residual(const ContactState& s, VectorSink& sink) const = 0;
   virtual Work tangent(const ContactState& s, MatrixSink& sink) const = 0;
+
+  /// @brief Derivatives of the residual by a parameter, in the columns of
+  /// displacements.
+  virtual void by_parameter(const ContactState&, const Parameter&,
+                            MatrixSink&) const
+  {
+  }
 };
 } // namespace raymortar

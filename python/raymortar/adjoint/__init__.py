@@ -1,14 +1,25 @@
 """Sensitivities through contact: exact gradients by one adjoint solve.
 
 - functionals: what is differentiated: UFL functionals, forces of contact
-- controls: by what: coefficients of the forms
-- linear: the transposed system at a converged state
+- controls: by what: coefficients of the forms, and parameters of contact
+- linear: the transposed system at a converged state, derivatives of contact
 - forms: derivatives of the user's forms
-- kinks: states without a derivative
 - gradients: the gradient at one state
+- tape: the gradient along a path with friction
 """
 
+from .controls import coordinates, friction, offset, place, radius
 from .functionals import force
 from .gradients import gradient
+from .tape import Tape
 
-__all__ = ["force", "gradient"]
+__all__ = [
+    "Tape",
+    "coordinates",
+    "force",
+    "friction",
+    "gradient",
+    "offset",
+    "place",
+    "radius",
+]

@@ -37,7 +37,8 @@ def gradient(J: Any, problem: Any, controls: Any) -> Any:
     problem
         `NonlinearProblem` or `CondensedProblem`.
     controls
-        List of Constants and Functions of the forms or of J; or a single one.
+        List of Constants and Functions of the forms or of J, and of `offset`,
+        `friction`, `radius`, `place`, `coordinates`; or a single one.
 
     Returns
     -------
@@ -58,7 +59,7 @@ def gradient(J: Any, problem: Any, controls: Any) -> Any:
     at.require_converged()
     tell_kinks(problem)
     right = functional.by_unknowns(at)
-    add_derivatives(at, functional, right, those, found)
+    add_derivatives(at, functional, right, those, found).destroy()
     destroy(right)
     at.destroy()
     return results(controls, those, found)
@@ -115,16 +116,21 @@ def add_derivatives(
     right: PETSc.Vec,
     controls: Sequence[Control],
     found: Sequence[Array],
-) -> None:
-    """Solve for the adjoint, and add derivatives by the controls to `found` [theory
-    (8.4)]. Collective."""
+) -> PETSc.Vec:
+    """Solve for the adjoint, and add derivatives by the controls to `found`; return
+    contact's weights [theory (8.4)]. Collective."""
     problem = at.problem
     lam = at.solve(right)
     parts = [(one, -1.0) for one in actions(problem, values_of_adjoint(problem, lam))]
     forms, factors = zip(*parts, *functional.forms)
-    lam.destroy()
+    e = functional.weights(problem)
+    lam.axpy(-1.0, e)
+    at.weigh(lam)
     for one, so_far in zip(controls, found):
         so_far += one.by_forms(forms, factors)
+        so_far -= one.by_contact(at)
+    e.destroy()
+    return lam
 
 
 def results(given: Any, controls: Sequence[Control], found: Sequence[Array]) -> Any:

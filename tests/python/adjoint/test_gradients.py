@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from adjoints import Parameters, along, blocks
+from adjoints import Parameters, along, blocks, tool
 
 from raymortar import adjoint
 from raymortar.adjoint.functionals import as_functional
@@ -45,6 +45,12 @@ def compare(make, names, which="form", rtol=1e-6):
     J = scene.functional if which == "form" else adjoint.force(scene.contact, 1)
     found = adjoint.gradient(J, scene.problem, [controls[name][0] for name in names])
     for name, gradient in zip(names, found):
+        if name == "place":
+            dim = scene.u.function_space.mesh.geometry.dim
+            for i in range(dim):
+                known = differences(make, name, 1e-6 * np.eye(3)[i], which)
+                assert gradient[i] == pytest.approx(known, rel=rtol), (name, i)
+            continue
         known = differences(make, name, STEPS[name], which)
         assert along(gradient, controls[name][1]) == pytest.approx(
             known, rel=rtol
@@ -60,3 +66,36 @@ FORMS = ["modulus", "load"]
 def test_forms(method, which, mu):
     """The modulus and a load, that is, coefficients of the form."""
     compare(lambda **k: blocks(method=method, mu=mu, **k), FORMS, which)
+
+
+@pytest.mark.parametrize("which", ["form", "force"])
+@pytest.mark.parametrize("method", ["points", "nodes", "dual", "penalty"])
+def test_two_bodies(method, which):
+    """Without friction: the modulus, a load, the offset."""
+    compare(lambda **k: blocks(method=method, **k), [*FORMS, "offset"], which)
+
+
+@pytest.mark.parametrize("which", ["form", "force"])
+@pytest.mark.parametrize("method", ["points", "nodes", "dual", "rate", "penalty"])
+def test_two_bodies_with_friction(method, which):
+    """In a step that slips: the coefficient too."""
+    compare(
+        lambda **k: blocks(method=method, mu=0.2, **k),
+        [*FORMS, "offset", "friction"],
+        which,
+    )
+
+
+@pytest.mark.parametrize("mu", [None, 0.2])
+@pytest.mark.parametrize("method", ["points", "penalty"])
+def test_shape(method, mu):
+    """Positions of the nodes of both bodies."""
+    compare(lambda **k: blocks(method=method, mu=mu, **k), ["shape"])
+
+
+@pytest.mark.parametrize("mu", [None, 0.2])
+@pytest.mark.parametrize("method", ["points", "rate", "dual"])
+def test_tool(method, mu):
+    """Radius and place of a rigid circle."""
+    names = [*FORMS, "offset", "radius", "place"] + (["friction"] if mu else [])
+    compare(lambda **k: tool(method=method, mu=mu, **k), names)
