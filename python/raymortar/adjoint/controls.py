@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 
-from .. import compat
-from ..compat import Array
-from ..contact import Contact
-from ..errors import ContactError, of_type
-from ..interface.point_results import OPEN
+from ..core import compat
+from ..core.compat import Array
+from ..core.contact import Contact
+from ..core.errors import ContactError, of_type
+from ..core.interface.point_results import OPEN
 from ..rigid import Body, Circle, Cylinder, Sphere
 from ..rigid.polyline import Polyline
 from ..rigid.surface import Surface

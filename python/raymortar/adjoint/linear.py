@@ -10,9 +10,9 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import _cpp
-from ..compat import Array
-from ..discretization.ranks import destroy
-from ..errors import SetUpError, raise_everywhere
+from ..core.compat import Array
+from ..core.discretization.ranks import destroy
+from ..core.errors import SetUpError, raise_everywhere
 
 # Residual over the forces in balance from which on a state has not converged
 NOT_CONVERGED = 1e-4

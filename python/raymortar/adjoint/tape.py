@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..compat import Array
-from ..discretization.ranks import destroy
-from ..errors import ContactError, SetUpError, raise_everywhere, together
+from ..core.compat import Array
+from ..core.discretization.ranks import destroy
+from ..core.errors import ContactError, SetUpError, raise_everywhere, together
 from ..paths.load_steps import LoadSteps
-from ..state import State
+from ..core.state import State
 from .forms import residuals
 from .functionals import Sum, as_functional
 from .gradients import add_derivatives, checked, refuse, results, tell_kinks
@@ -120,7 +120,7 @@ class Tape:
         """
         several = J if isinstance(J, (list, tuple)) else [J]
         factors = self._checked_weights(weights, len(several))
-        whole = Sum([as_functional(one) for one in several], np.ones(len(several)))
+        whole = Sum([as_functional(one) for one in several], [1.0] * len(several))
         problem, _, those = checked(self.problem, whole, controls)
         found = [one.start(problem) for one in those]
         end, carried = problem.contact.states.state(), None
@@ -128,7 +128,9 @@ class Tape:
             self._go_to(n)
             at = Linearised(problem)
             tell_kinks(problem)
-            part = Sum([as_functional(one) for one in several], factors[:, n - 1])
+            part = Sum(
+                [as_functional(one) for one in several], factors[:, n - 1].tolist()
+            )
             right = part.by_unknowns(at)
             if carried is not None:
                 right.axpy(-1.0, carried)
