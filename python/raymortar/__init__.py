@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from .plotting.movie import Movie
     from .plotting.picture import plot
 
-# Hooks by which the package adds to its core
+# The floors extend the core
 hooks.judge, hooks.check, hooks.describe = require_convergence, check, describe
 hooks.on_setup += [refuse_finer_rigid_slaves, warn_of_overlaps]
 hooks.on_first_pairs.append(look_at_straight_facets)

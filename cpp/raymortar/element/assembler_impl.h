@@ -17,7 +17,7 @@ struct PointsOf : AnyPoints<D, Law>
   using Kernel = AnyElement<D, Law>;
   using Hit = HitPoint<D, Law>;
 
-  /// What stands for the multiplier's shape functions: nothing does
+  /// There are no functions of the multiplier but its shape functions
   struct Functions
   {
   };

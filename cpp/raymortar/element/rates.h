@@ -350,7 +350,7 @@ private:
                           : no_curvature<D>();
   }
 
-  /// How a field changes along the facet
+  /// Derivative of a field along the facet
   template <int R>
   [[nodiscard]] static Mat<R, T> along(const Mat<R, D>& coefficients)
   {

@@ -27,7 +27,8 @@ struct FrictionData
   Taylor master_old = Taylor::Zero();
   Mat<D, D> traction_old = Mat<D, D>::Zero(); ///< see ContactState
   bool has_springs = true;                    ///< false: traction_old is zero
-  /// What the law has in place of the multiplier's unfelt part, less it
+  /// Traction that replaces the multiplier's unfelt part in the law, less that
+  /// part
   Mat<D, D> kept = Mat<D, D>::Zero();
   bool has_kept = false; ///< false: kept is zero
   FrictionLaw friction;

@@ -117,7 +117,7 @@ void Interface::set_terms(const TermFactory& factory)
   _pipeline.forget_points();
 }
 
-/// What the first term gives that gives any
+/// The result of the first term that has one
 template <class Get>
 auto& Interface::first(Get&& get) const
 {

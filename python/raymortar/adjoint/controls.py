@@ -1,4 +1,4 @@
-"""What functionals are differentiated by: coefficients of forms."""
+"""Parameters by which functionals are differentiated: coefficients of forms."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Control(ABC):
         return 0.0
 
     def result(self, found: Array) -> Any:
-        """What the user gets of the whole derivative."""
+        """Return the derivative as users take it."""
         return found
 
 

@@ -1,4 +1,4 @@
-"""What is differentiated: functionals in UFL, and forces of contact."""
+"""Functionals that have gradients: forms in UFL, and forces of contact."""
 
 from __future__ import annotations
 
@@ -41,10 +41,6 @@ class Functional(ABC):
     def by_unknowns(self, at: Linearised) -> PETSc.Vec:
         """Derivative by all unknowns. Collective."""
 
-    def weights(self, problem: Any) -> PETSc.Vec:
-        """Factors of contact's residual whose sum it is, all rows. Collective."""
-        return problem.create_vector()
-
 
 class FormFunctional(Functional):
     """A functional in UFL, of unknowns and coefficients."""
@@ -85,6 +81,7 @@ class Force(Functional):
                 )
 
     def weights(self, problem: Any) -> PETSc.Vec:
+        """Factors of contact's residual whose sum it is, all rows. Collective."""
         (contact,), e = self.contacts, problem.create_vector()
         for zone in contact.zones:
             dofs = zone.facets.slave_surface.dofs

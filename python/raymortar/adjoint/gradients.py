@@ -92,6 +92,7 @@ def checked(
                 raise ContactError("J is of a contact that is none of the problem's")
         refuse(problem)
     require_agreement(problem.comm, controls=[type(one).__name__ for one in those])
+    _refuse_accepted(problem)
     return problem, functional, those
 
 
@@ -114,19 +115,25 @@ def refuse(problem: CoupledProblem) -> None:
     for contact in problem.contact.contacts:
         if contact.tied is not None:
             raise SetUpError("adjoint: a Tie has no derivative here")
-        present: Any = contact.parts[0].present
-        is_accepted = present.steps > 0 and np.array_equal(
+        if contact.tangent == "fixed":
+            raise SetUpError("adjoint: tangent='fixed' is not the whole derivative")
+
+
+def _refuse_accepted(problem: CoupledProblem) -> None:
+    """Raise where friction begins anew from the present state. Collective."""
+    for contact in problem.contact.contacts:
+        if contact.friction is None:
+            continue
+        (part,) = contact.parts
+        present: Any = part.present
+        has_begun = present.steps > 0 and np.array_equal(
             contact.u.x.array, present.u_old
         )
-        if contact.friction is not None and problem.comm.allreduce(
-            is_accepted, MPI.LAND
-        ):
+        if problem.comm.allreduce(has_begun, op=MPI.LAND):
             raise SetUpError(
                 "adjoint: the step has been accepted, and friction begins anew from it: "
                 "call gradient before contact.advance()"
             )
-        if contact.tangent == "fixed":
-            raise SetUpError("adjoint: tangent='fixed' is not the whole derivative")
 
 
 def add_derivatives(
@@ -148,7 +155,7 @@ def add_derivatives(
 
 
 def results(given: Any, controls: Sequence[Control], found: Sequence[Array]) -> Any:
-    """What the user gets: as many as were given."""
+    """Return one result for each control, or the only one where no list was given."""
     all_of_them = [one.result(values) for one, values in zip(controls, found)]
     return all_of_them if isinstance(given, (list, tuple)) else all_of_them[0]
 

@@ -11,18 +11,14 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from .. import _cpp
 from ..core.compat import Array
 from ..core.contact import Contact
 from ..core.discretization.ranks import destroy
 from ..core.errors import ContactError, SetUpError, described, together
 from ..core.gamma.probing import product
 from ..core.problem import CoupledProblem
+from ..core.system.entries import copy_with_pattern
 from .condensation import ELIMINATED, Condensation, Newton
-
-# Name under which a matrix carries its pattern
-_PATTERN = "raymortar_pattern"
-_SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 
 
 class CondensedProblem:
@@ -154,7 +150,7 @@ class CondensedProblem:
         before = A.getAttr(ELIMINATED)
         if before is not None:
             before.spread.destroy()
-        self._give(found, A)
+        copy_with_pattern(found, A)
         found.destroy()
         A.setAttr(ELIMINATED, eliminated)
 
@@ -252,20 +248,6 @@ class CondensedProblem:
         if unknowns.is_plain:  # multigrid asks which rows are of one node
             A.setBlockSize(unknowns.u.function_space.dofmap.index_map_bs)
         return A
-
-    def _give(self, found: PETSc.Mat, A: PETSc.Mat) -> None:
-        """Copy a tangent into a matrix, which gets its pattern where it has another.
-        Collective."""
-        begin, columns, _ = found.getValuesCSR()
-        # The matrix carries it: another one may later lie at the same address
-        pattern = A.getAttr(_PATTERN)
-        same = pattern is not None and all(
-            map(np.array_equal, pattern, (begin, columns))
-        )
-        if not self.comm.allreduce(same, op=MPI.LAND):
-            _cpp.set_pattern(A.handle, begin, columns)
-            A.setAttr(_PATTERN, (begin, columns))
-        found.copy(A, _SAME)
 
     # Results
 

@@ -1,4 +1,4 @@
-"""Multipliers at nodes whose displacement is that of other nodes."""
+"""Multipliers at nodes that move as other nodes do."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ def mirrored_multipliers(system: Any, slaves: Slaves, bcs: Sequence[Any]) -> Sla
     """Find the multipliers of slave nodes whose displacements are slaves of constraints.
 
     Two nodes with one displacement have one multiplier: with two, only their sum would be
-    determined. A vector turns as displacements do; a pressure is the same [theory (5.25)]. Collective.
+    determined. A vector turns as displacements do; a pressure is the same [theory
+    (5.25)]. Collective.
     """
     found = Slaves(np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
     for part in system.parts:
@@ -28,7 +29,7 @@ def mirrored_multipliers(system: Any, slaves: Slaves, bcs: Sequence[Any]) -> Sla
 def _of_contact(
     part: ContactAssembly, system: Any, slaves: Slaves, bcs: Sequence[Any]
 ) -> Slaves:
-    """Those of one contact. Collective."""
+    """Find such multipliers of one contact. Collective."""
     layout, comm = system.layout, part.surfaces.comm
     nodes = _nodes(part, system)
     # First row of u and of the multiplier, of all ranks

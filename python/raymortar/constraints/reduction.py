@@ -5,23 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
 
-from .. import _cpp
-from ..core.compat import Array
 from ..core.discretization.ranks import destroy
 from ..core.errors import SetUpError, raise_everywhere
 from ..core.system.coupled import ROOM, CoupledSystem
-from ..core.system.entries import in_own_rows, values_at
+from ..core.system.entries import copy_with_pattern, in_own_rows, values_at
 from .multipliers import mirrored_multipliers
 from .prolongation import Slaves, slaves_of
 
 _Structure = PETSc.Mat.Structure
-# Name under which a matrix carries its pattern
-_PATTERN = "raymortar_pattern"
 
 
 class Constraints:
@@ -109,7 +104,6 @@ class Constraints:
         self.inner = inner
         inner.assemble()
         A = self._product()
-        A.axpy(0.0, self._of_slaves, _Structure.DIFFERENT_NONZERO_PATTERN)
         A.zeroEntries()
         A.setAttr(ROOM, inner.getAttr(ROOM))
         return A
@@ -128,14 +122,6 @@ class Constraints:
         assert self.inner is not None
         product = self._product()
         product.axpy(1.0, self._of_slaves, _Structure.DIFFERENT_NONZERO_PATTERN)
-        begin, columns, _ = product.getValuesCSR()
-        pattern = A.getAttr(_PATTERN)
-        same = pattern is not None and all(
-            map(np.array_equal, pattern, (begin, columns))
-        )
-        if not self._layout.comm.allreduce(same, op=MPI.LAND):
-            _cpp.set_pattern(A.handle, begin, columns)
-            A.setAttr(_PATTERN, (begin, columns))
-        product.copy(A, _Structure.SAME_NONZERO_PATTERN)
+        copy_with_pattern(product, A)
         A.setAttr(ROOM, self.inner.getAttr(ROOM))
         destroy(product)

@@ -112,7 +112,7 @@ class Contact(Interaction):
 
     # Gaps of a `Tie`, kept or closed; None: contact
     tied: str | None = None
-    # What it adds to a problem's equations beside its own
+    # Further terms of the equations of a problem that has it
     terms: Sequence[Term] = ()
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Hooks of the core for its floors: each hook has a default with which the core stands alone.
+"""Hooks by which floors extend the core: by the default of each the core stands alone.
 
 `raymortar/__init__` sets those of the whole package. Hooks are called on all ranks.
 """

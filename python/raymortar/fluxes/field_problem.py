@@ -27,6 +27,8 @@ from ..core.gamma.probing import row_sums
 from ..core.solvers.linear import direct
 from ..core.solvers.petsc_objects import (
     PetscOptions,
+    kept_inside,
+    make_regular,
     new_prefix,
     raising,
     reason_in_words,
@@ -161,7 +163,7 @@ class FieldProblem:
             new_prefix("field"), given_options, sorted(petsc_options or {})
         )
         self._sums = row_sums(self.a, self.layout)
-        self._raised: list[Exception] = []
+        self.raised: list[Exception] = []  # in a solve, see `kept_inside`
         self._fluxes.choose_scales(self._sums)
         self.iterations = 0
 
@@ -222,14 +224,9 @@ class FieldProblem:
     # PETSc puts its errors in place of ours: these end the solve, by a residual
     # that is no number, and are raised after it
 
+    @kept_inside
     def _residual(self, snes: PETSc.SNES, x: PETSc.Vec, b: PETSc.Vec) -> None:
-        try:
-            if not self._raised:
-                self.F(x, b)
-        except Exception as error:
-            self._raised.append(error)
-        if self._raised:
-            b.set(np.nan)
+        self.F(x, b)
 
     def _tangent(
         self, snes: PETSc.SNES, x: PETSc.Vec, J: PETSc.Mat, P: PETSc.Mat
@@ -237,10 +234,8 @@ class FieldProblem:
         try:
             self.J(x, P)
         except Exception as error:
-            self._raised.append(error)
-            P.assemble()
-            P.zeroEntries()
-            P.shift(1.0)
+            self.raised.append(error)
+            make_regular(P)
 
     def update(self) -> None:
         """Pair the contacts of the fluxes at their present displacement. Collective."""
@@ -267,7 +262,7 @@ class FieldProblem:
         self.layout.to_vector(x, [])
         snes = self.solver
         snes.setTolerances(atol=self._nothing())
-        with self._options, raising(self._raised):
+        with self._options, raising(self.raised):
             snes.solve(None, x)
         self.layout.from_vector(x, [])
         self.iterations, reason = snes.getIterationNumber(), snes.getConvergedReason()

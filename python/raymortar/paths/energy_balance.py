@@ -179,8 +179,10 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     rows = vector.getArray(readonly=True)[: contact.layout.n]
     tractions = rows[contact.unknowns.u_owned].copy()
     vector.destroy()
-    supplied = _supplied(problem, tractions + volume, of_begin)
-    unbalanced = np.where(problem.constrained, 0.0, np.abs(tractions + volume))
+    residual = tractions + volume
+    held = np.where(problem.constrained, residual, 0.0)
+    supplied = _supplied(problem, held, of_begin)
+    unbalanced = np.abs(residual - held)
     stored, ripple, facets = 0.0, 0.0, []
     for one in contact.contacts:
         # Energy in springs of friction is in the work of slips
@@ -229,16 +231,16 @@ def _work_of_form(problem: CoupledProblem, begin: State, end: State) -> Array:
 
 
 def _supplied(
-    problem: CoupledProblem, residual: Array, of_begin: bool
+    problem: CoupledProblem, held: Array, of_begin: bool
 ) -> list[tuple[Array, Array]]:
-    """Find forces from outside and their places, on this rank. Collective.
+    """Find forces from outside and their places, on this rank, given the forces of
+    supports. Collective.
 
     They are those of supports, of loads on free rigid bodies and of moved tools. Where a
     step begins, tools are where the accepted step left them: they may have been moved
     since.
     """
     contact = problem.contact
-    held = np.where(problem.constrained, residual, 0.0)
     # Values that all ranks have alike count once
     once = float(problem.comm.rank == 0)
     loads, tools = [], []

@@ -87,9 +87,10 @@ class LoadSteps:
         far, points in contact, smallest gap, largest pressure. On a terminal each step
         rewrites the line, which is off while the caller works on the step. In a log
         each step has a separate line, and so has each other way that is tried, and each
-        halving. A step that takes long says every 10 s how far it is. None: on standard error if that is a terminal (under ``mpirun`` it is
-        none). True: on standard error. False: nothing. A file that is open for writing:
-        there. Rank 0 decides and writes.
+        halving. A step that takes long says every 10 s how far it is. None: on standard
+        error if that is a terminal (under ``mpirun`` it is none). True: on standard
+        error. False: nothing. A file that is open for writing: there. Rank 0 decides
+        and writes.
     history
         `History` that records every accepted step.
     strategy

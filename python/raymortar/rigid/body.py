@@ -198,7 +198,7 @@ class Body(Target):
 
     @cached_property
     def follower(self) -> _cpp.Tool:
-        """What tied surfaces meet in its place, as C++ has it."""
+        """The tool that stands for it where surfaces are tied, as C++ has it."""
         return follower()
 
     def move(

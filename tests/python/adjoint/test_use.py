@@ -8,6 +8,7 @@ import ufl
 from adjoints import Parameters, along, blocks
 from condensing import newton
 from dolfinx import fem
+from periodic import Cell
 from problems import COMM
 from test_gradients import MOTION, compare, solve, values
 
@@ -144,3 +145,35 @@ def test_refusals():
     scene.load.value[1] -= 5.0
     with pytest.raises(SetUpError, match="residual at the present state"):
         adjoint.gradient(J, problem, scene.E)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("method", ["points", "penalty"])
+def test_an_accepted_step_with_friction_is_refused(method):
+    """Its slips are gone, which no residual shows."""
+    scene = blocks(method=method, mu=0.2)
+    solve(scene)
+    adjoint.gradient(scene.functional, scene.problem, scene.E)
+    scene.contact.advance()
+    with pytest.raises(SetUpError, match="the step has been accepted"):
+        adjoint.gradient(scene.functional, scene.problem, scene.E)
+
+
+@pytest.mark.mpi
+def test_a_prescribed_value_is_refused():
+    """It is in the functional, and by a condition in the state, too."""
+    scene = blocks(method="penalty")
+    solve(scene)
+    J = ufl.inner(scene.motion, scene.u) * ufl.dx
+    with pytest.raises(ContactError, match="a value of a Dirichlet condition"):
+        adjoint.gradient(J, scene.problem, scene.motion)
+
+
+def test_constraints_are_refused():
+    """A gradient would lack what masters take for slaves."""
+    cell = Cell("quadrilateral", 1, Penalty(), 0.0, "periodic")
+    cell.press(steps=1)
+    weight = fem.Constant(cell.mesh, 1.0)
+    J = weight * ufl.inner(cell.u, cell.u) * ufl.dx
+    with pytest.raises(SetUpError, match="constraints= have no derivative"):
+        adjoint.gradient(J, cell.problem, weight)

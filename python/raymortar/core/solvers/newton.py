@@ -19,6 +19,7 @@ from ..problem import CoupledProblem
 from .linear import inexact, linear_options
 from .petsc_objects import (
     NOT_A_NUMBER,
+    make_regular,
     new_prefix,
     raising,
     reason_in_words,
@@ -325,10 +326,7 @@ class SNESSolver(CoupledSolver):
                 take_tangent(problem_of(), x, A, snes.ksp)
             except Exception as error:
                 raised.append(error)
-                # Any regular matrix: the residual that follows ends the solve
-                A.assemble()
-                A.zeroEntries()
-                A.shift(1.0)
+                make_regular(A)
             else:
                 A.diagonalScale(snes.query(SCALE))
 

@@ -137,6 +137,14 @@ def kept_inside(method: Callable[..., None]) -> Callable[..., None]:
     return inside
 
 
+def make_regular(A: PETSc.Mat) -> None:
+    """Make any regular matrix of one that could not be assembled: the residual that
+    follows ends the solve. Collective."""
+    A.assemble()
+    A.zeroEntries()
+    A.shift(1.0)
+
+
 @contextmanager
 def raising(raised: list[Exception]) -> Iterator[None]:
     """Raise at the end of the block what code that PETSc calls raised in it, in place of

@@ -11,12 +11,16 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import block_diag, bsr_matrix, coo_array, csr_matrix
 
+from ... import _cpp
 from ..compat import Array
 from ..discretization.joined import Places
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import destroy
 
 Entries = tuple[Any, Any, Array]
+
+# Name under which a matrix carries its pattern
+_PATTERN = "raymortar_pattern"
 
 
 def joined(parts: Sequence[tuple[Any, ...]]) -> Any:
@@ -83,6 +87,19 @@ def without_zeros(K: PETSc.Mat) -> PETSc.Mat:
     A = PETSc.Mat().createAIJ(K.getSizes(), csr=rows, comm=K.comm)
     A.assemble()
     return A
+
+
+def copy_with_pattern(found: PETSc.Mat, A: PETSc.Mat) -> None:
+    """Copy a matrix into another one, which gets its pattern where it has another, and
+    then loses its attributes. Collective."""
+    begin, columns, _ = found.getValuesCSR()
+    # The matrix carries it: another one may later lie at the same address
+    pattern = A.getAttr(_PATTERN)
+    same = pattern is not None and all(map(np.array_equal, pattern, (begin, columns)))
+    if not A.comm.tompi4py().allreduce(same, op=MPI.LAND):
+        _cpp.set_pattern(A.handle, begin, columns)
+        A.setAttr(_PATTERN, (begin, columns))
+    found.copy(A, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
 
 
 def node_blocks(D: PETSc.Mat, at: Places) -> Array:
