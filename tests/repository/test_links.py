@@ -51,6 +51,9 @@ def test_links_lead_somewhere(page):
         place, _, anchor = target.partition("#")
         path = (ROOT / page.parent / place).resolve() if place else ROOT / page
         assert path.exists(), f"{page} links to {target}"
+        assert not (page.parts[0] == "docs" and path.suffix == ".md") or (
+            path.is_relative_to(ROOT / "docs")
+        ), f"{page} links to {target}, a page that the documentation does not have"
         if anchor and path.suffix == ".md":
             assert anchor in anchors(path), f"{page} links to {target}"
 
@@ -70,7 +73,9 @@ def test_cells_of_tables_are_short(page):
 
 
 @pytest.mark.quick
-@pytest.mark.parametrize("folder", ["docs", "docs/demos", "docs/messages"])
+@pytest.mark.parametrize(
+    "folder", [str(page.parent) for page in pages() if page.name == "index.md"]
+)
 def test_a_list_links_to_every_page_of_its_folder(folder):
     """Also on a code host, which shows no toctree."""
     text = prose(f"{folder}/index.md")
