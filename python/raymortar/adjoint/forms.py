@@ -58,6 +58,15 @@ def by_function(form: Any, f: Any) -> Array:
     return assembled(dform, f)
 
 
+def by_coordinates(form: Any, X: Any) -> Array:
+    """Derivative of a functional by the mesh's nodes, over the dofs of X, a Function of
+    the space of coordinates. Collective."""
+    mesh = X.function_space.mesh
+    test = ufl.TestFunction(X.function_space)
+    dform = ufl.derivative(form, ufl.SpatialCoordinate(mesh), test)
+    return assembled(dform, X)
+
+
 def assembled(form: Any, f: Any) -> Array:
     """Assemble a linear form in the space of a Function, ghosts included. Collective."""
     vector = compat.create_la_vector(*compat.unknowns_of(f))
