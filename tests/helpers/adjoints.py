@@ -211,7 +211,7 @@ def elastic(V, u, p):
 
 
 def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, degree=1,
-         **more):  # fmt: skip
+         clearance=0.004, **more):  # fmt: skip
     """A block below a round tool that is led."""
     p = p or Parameters()
     dim = 2 if cell in ("triangle", "quadrilateral") else 3
@@ -234,7 +234,7 @@ def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, deg
     friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
     contact = Contact(
         u, tags, [(1, body)], p.method(method), friction,
-        offset=lambda x: 0.004 + p.offset * offset_field(x), **more,
+        offset=lambda x: clearance + p.offset * offset_field(x), **more,
     )  # fmt: skip
     E, load, residual = elastic(V, u, p)
     held = fem.locate_dofs_topological(V, dim - 1, tags.find(2))
