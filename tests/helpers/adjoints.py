@@ -211,7 +211,7 @@ def elastic(V, u, p):
 
 
 def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, degree=1,
-         clearance=0.004, **more):  # fmt: skip
+         clearance=0.005, **more):  # fmt: skip
     """A block below a round tool that is led."""
     p = p or Parameters()
     dim = 2 if cell in ("triangle", "quadrilateral") else 3

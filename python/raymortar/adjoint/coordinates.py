@@ -104,6 +104,13 @@ def refuse(contact: Any) -> None:
         )
     if any(side.arcs is not None for zone in contact.zones for side in zone.sides):
         raise ContactError("coordinates: smooth=True curves facets by positions")
+    if contact.multiplier is not None and any(
+        len(zone.cpp.held_facets()) for zone in contact.zones
+    ):
+        raise ContactError(
+            "coordinates: a multiplier is smoothed on slave facets whose displacement is "
+            "prescribed, by undeformed areas: free them, or take Penalty"
+        )
     if contact.multiplier is not None and any(map(_partly_covered, contact.zones)):
         raise ContactError(
             "coordinates: a slave facet is partly uncovered, where a multiplier depends "

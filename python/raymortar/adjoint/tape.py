@@ -66,6 +66,11 @@ class Tape:
             raise ContactError(f"steps must be LoadSteps or a problem, not {steps!r}")
         with together(self.problem.comm):
             refuse(self.problem)
+            if self._steps is not None and self._steps.control is not None:
+                raise ContactError(
+                    f"Tape: {type(self._steps.control).__name__} makes the load factor "
+                    "an unknown, which has no derivative here"
+                )
         self._records = [self._present()]
 
     def __len__(self) -> int:

@@ -49,6 +49,7 @@ def compare(make, names, which="form", rtol=1e-6):
             compare_motions(make, name, gradient, which, rtol)
             continue
         known = differences(make, name, STEPS[name], which)
+        assert abs(known) > 1e-8, f"nothing depends on {name}"
         assert along(gradient, controls[name][1]) == pytest.approx(
             known, rel=rtol
         ), name
@@ -102,7 +103,7 @@ def test_shape(method, mu):
     compare(lambda **k: blocks(method=method, mu=mu, **k), ["shape"])
 
 
-@pytest.mark.parametrize("mu", [None, 0.2])
+@pytest.mark.parametrize("mu", [None, 0.1])
 @pytest.mark.parametrize("method", ["points", "rate", "dual"])
 def test_tool(method, mu):
     """Radius and place of a rigid circle."""
@@ -127,7 +128,7 @@ def test_blocks_in_space(method, mu):
 
 
 @pytest.mark.parametrize("shape", ["sphere", "cylinder"])
-@pytest.mark.parametrize("mu", [None, 0.2])
+@pytest.mark.parametrize("mu", [None, 0.1])
 @pytest.mark.parametrize("method", ["points", "dual", "rate"])
 def test_tool_in_space(method, mu, shape):
     """Radius, place and rotation of a sphere and a cylinder."""
