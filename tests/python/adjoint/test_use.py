@@ -88,7 +88,7 @@ def test_three_dimensions():
     )
 
 
-def mixed(load):
+def mixed(load, offset=0.0):
     """Displacement and pressure of two blocks, the upper one pressed down."""
     scene = two_blocks(COMM, 2, "triangle", 4, 3, upper_size=(0.7, 0.6))
     mesh = scene.mesh
@@ -111,7 +111,8 @@ def mixed(load):
         facets = scene.facet_tags.find(scene.tags[name])
         dofs = fem.locate_dofs_topological((W.sub(0), V), 1, facets)
         conditions.append(fem.dirichletbc(g, dofs, W.sub(0)))
-    contact = Contact(w.sub(0), scene.facet_tags, [(3, 4)], Penalty(60.0))
+    penalty, pairs = Penalty(60.0), [(3, 4)]
+    contact = Contact(w.sub(0), scene.facet_tags, pairs, penalty, offset=offset)
     problem = NonlinearProblem(F, contact, conditions)
     problem.solve()
     return problem, f, ufl.inner(u, u) * dx + 0.1 * p * dx
@@ -119,11 +120,18 @@ def mixed(load):
 
 def test_mixed_unknowns():
     """A part of a mixed Function is the displacement."""
+
+    def value(load, offset):
+        J = mixed(load, offset)[2]
+        return COMM.allreduce(fem.assemble_scalar(compat.form(J)))
+
     problem, f, J = mixed(-1.0)
-    found = adjoint.gradient(J, problem, f)
-    ends = [fem.assemble_scalar(compat.form(mixed(-1.0 + h)[2])) for h in (1e-3, -1e-3)]
-    known = COMM.allreduce(ends[0] - ends[1]) / 2e-3
-    assert found[1] == pytest.approx(known, rel=1e-6)
+    (contact,) = problem.contact.contacts
+    by_load, by_offset = adjoint.gradient(J, problem, [f, adjoint.offset(contact)])
+    known = value(-1.0 + 1e-3, 0.0) - value(-1.0 - 1e-3, 0.0)
+    assert by_load[1] == pytest.approx(known / 2e-3, rel=1e-6)
+    known = value(-1.0, 1e-6) - value(-1.0, -1e-6)
+    assert by_offset.x.array.sum() == pytest.approx(known / 2e-6, rel=1e-6)
 
 
 def test_condensed_problem():
@@ -140,9 +148,9 @@ def test_condensed_problem():
             newton(problem, 1e-13)
         else:
             solve(scene)
-        controls = [scene.E, scene.load]
-        by_E, by_load = adjoint.gradient(scene.functional, problem, controls)
-        found.append(np.append(by_E.x.array, by_load))
+        controls = [scene.E, scene.load, adjoint.offset(scene.contact)]
+        by_E, by_load, by_gap = adjoint.gradient(scene.functional, problem, controls)
+        found.append(np.concatenate([by_E.x.array, by_load, by_gap.x.array]))
     assert found[1] == pytest.approx(found[0], rel=1e-7, abs=1e-12)
 
 
