@@ -49,19 +49,17 @@ SCENES = {
     "blocks, nodes": lambda **k: blocks(method="nodes", mu=0.25, **k),
     "tool, rate": lambda **k: tool(method="rate", mu=0.25, **k),
     "tool, dual": lambda **k: tool(method="dual", mu=0.25, **k),
+    "blocks in space": lambda **k: blocks("tetrahedron", "rate", 0.25, n=(3, 2), **k),
+    "sphere": lambda **k: tool("tetrahedron", "dual", 0.25, n=3, **k),
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_path_with_friction(name):
-    """Modulus, load, offset, friction, and of a tool its radius and place."""
-    make = SCENES[name]
+def compare_path(make, names):
+    """Compare gradients of a path by some parameters with differences."""
     scene = make()
     tape = record(scene)
     J, weights = work(scene, tape)
     controls = scene.directions()
-    names = ["modulus", "load", "offset", "friction"]
-    names += ["radius", "place"] if scene.body is not None else []
     found = tape.gradient(J, [controls[one][0] for one in names], weights)
     for one, gradient in zip(names, found):
         by = 1e-6 * np.eye(3)[0] if one == "place" else STEPS[one]
@@ -72,7 +70,23 @@ def test_path_with_friction(name):
             sums.append(float(np.sum(values * weights)))
         known = (sums[0] - sums[1]) / (2.0 * np.linalg.norm(by))
         got = gradient[0] if one == "place" else along(gradient, controls[one][1])
+        assert abs(known) > 1e-8, f"nothing depends on {one}"
         assert got == pytest.approx(known, rel=1e-5), one
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_path_with_friction(name):
+    """Modulus, load, offset, friction, and of a tool its radius and place."""
+    names = ["modulus", "load", "offset", "friction"]
+    of_tool = ["radius", "place"] if "tool" in name or name == "sphere" else []
+    compare_path(SCENES[name], names + of_tool)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", ["blocks, nodes", "tool, rate"])
+def test_path_on_ranks(name):
+    """The same on any number of ranks."""
+    compare_path(SCENES[name], ["offset", "friction"])
 
 
 def test_load_steps_are_recorded_and_state_comes_back():
