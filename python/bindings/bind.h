@@ -11,5 +11,6 @@ void bind_zone_input(py::module_& m);
 void bind_zone(py::module_& m);
 void bind_assembly(py::module_& m);
 void bind_flux(py::module_& m);
+void bind_adjoint(py::module_& m);
 void bind_rigid(py::module_& m);
 } // namespace raymortar::bindings

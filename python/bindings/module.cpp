@@ -16,4 +16,5 @@ PYBIND11_MODULE(_cpp, m)
   raymortar::bindings::bind_assembly(m);
   raymortar::bindings::bind_system(m);
   raymortar::bindings::bind_flux(m);
+  raymortar::bindings::bind_adjoint(m);
 }

@@ -364,6 +364,9 @@ def add_residual(zone: Zone, b: int, statistics: AssemblyStatistics) -> None: ..
 def add_tangent(
     zone: Zone, A: int, positions: BlockPositions, statistics: AssemblyStatistics
 ) -> None: ...
+def add_by_parameter(
+    zone: Zone, A: int, kind: str, tool: int = ..., now: _Reals = ..., old: _Reals = ...
+) -> None: ...
 def apply_lifting(
     zone: Zone,
     b: int,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import boxes
@@ -11,10 +11,18 @@ import ufl
 from dolfinx import fem
 from materials import MATERIALS, lame
 from problems import COMM, fix
+from scipy.spatial.transform import Rotation
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Contact, NonlinearProblem, Penalty, rigid
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    NonlinearProblem,
+    Penalty,
+    adjoint,
+    rigid,
+)
 from raymortar.core import compat
 
 NU, GAMMA = 0.3, 60.0
@@ -27,6 +35,8 @@ METHODS = {
     "penalty": Penalty(GAMMA),
     "rate": Penalty(GAMMA, tangential="rate"),
 }
+# Centre of rigid tools, about which they turn
+CENTRE = np.array([0.2, 0.6, 1.3])
 
 
 @dataclass
@@ -37,15 +47,25 @@ class Parameters:
     load: float = 0.0
     offset: float = 0.0  # times a field
     friction: float = 0.0
+    gamma: float = 0.0
     radius: float = 0.0
     place: Any = (0.0, 0.0, 0.0)
+    turn: Any = (0.0, 0.0, 0.0)  # in 2D the last one
     shape: float = 0.0  # times a field of displacements of the mesh
 
     def changed(self, name, by):
         """The same with another number."""
         given = {**self.__dict__}
-        given[name] = np.add(given[name], by) if name == "place" else given[name] + by
+        given[name] = np.add(given[name], by)
         return Parameters(**given)
+
+    def method(self, name):
+        """A method with gamma."""
+        return replace(METHODS[name], gamma=GAMMA + self.gamma)
+
+    def turned(self, x, centre):
+        """A point after the turn about a centre."""
+        return Rotation.from_rotvec(self.turn).apply(x - centre) + centre
 
 
 def stiffness_field(x):
@@ -105,10 +125,20 @@ class Scene:
 
     def directions(self):
         """By parameter: the control, and the direction of its change."""
-        return {
+        found = {
             "modulus": (self.E, stiffness_field),
             "load": (self.load, np.eye(len(self.load.value))[-1]),
+            "offset": (adjoint.offset(self.contact), offset_field),
+            "shape": (adjoint.coordinates(self.u.function_space.mesh), self.moved),
         }
+        if self.contact.friction is not None:
+            found["friction"] = adjoint.friction(self.contact), 1.0
+        if self.contact.multiplier is None:
+            found["gamma"] = adjoint.gamma(self.contact), 1.0
+        if self.body is not None:
+            found["radius"] = adjoint.radius(self.body), 1.0
+            found["place"] = found["turn"] = adjoint.place(self.body), None
+        return found
 
 
 def along(gradient, direction):
@@ -146,15 +176,18 @@ def blocks(
         upper_size=(0.9, 0.8, 0.6)[: dim - 1] + (0.6,), perturb=0.1,
     )  # fmt: skip
     mesh = scene.mesh
+    # Round: the offset is a clearance towards both ends. Its nodal values stay where
+    # nodes are moved
+    offset = fem.Function(compat.scalar_space(mesh, degree))
+    offset.interpolate(lambda x: 0.06 * (x[0] - 0.72) ** 2 + p.offset * offset_field(x))
     moved = move_nodes(mesh, p.shape)
     V = compat.vector_space(mesh, degree)
     u = fem.Function(V)
     friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
-    # Round: the offset is a clearance towards both ends
     more.setdefault("quadrature_degree", 4)
     contact = Contact(
-        u, scene.facet_tags, [(3, 4)], METHODS[method], friction,
-        offset=lambda x: 0.06 * (x[0] - 0.72) ** 2 + p.offset * offset_field(x), **more,
+        u, scene.facet_tags, [(3, 4)], p.method(method), friction,
+        offset=offset, **more,
     )  # fmt: skip
     E, load, residual = elastic(V, u, p)
     motion = fem.Constant(mesh, np.zeros(dim))
@@ -178,7 +211,7 @@ def elastic(V, u, p):
 
 
 def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, degree=1,
-         **more):  # fmt: skip
+         clearance=0.005, **more):  # fmt: skip
     """A block below a round tool that is led."""
     p = p or Parameters()
     dim = 2 if cell in ("triangle", "quadrilateral") else 3
@@ -187,20 +220,21 @@ def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, deg
     moved = move_nodes(mesh, p.shape)
     V = compat.vector_space(mesh, degree)
     u = fem.Function(V)
-    place, radius = np.array(p.place)[:dim], 0.5 + p.radius
+    centre = CENTRE[[0, 2, 2]] if dim == 2 else CENTRE
+    start = np.array([0.44, 1.5, 1.3]) if dim == 2 else np.array([0.44, 0.47, 1.5])
+    at, radius = p.turned(start, centre) + p.place, 0.5 + p.radius
+    axis = np.array([1.0, 0.2, 0.05])
     if dim == 2:
-        made = rigid.Circle(np.array([0.44, 1.5]) + place, radius)
+        made = rigid.Circle(at[:2], radius)
     elif shape == "cylinder":
-        made = rigid.Cylinder(
-            np.array([0.5, 0.47, 1.5]) + place, (1.0, 0.2, 0.05), radius
-        )
+        made = rigid.Cylinder(at, p.turned(axis, 0.0), radius)
     else:
-        made = rigid.Sphere(np.array([0.44, 0.47, 1.5]) + place, radius)
-    body = rigid.Body(made if shape in (None, "cylinder") else shape(p))
+        made = rigid.Sphere(at, radius)
+    body = rigid.Body(made, centre=(centre + p.place)[:dim])
     friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
     contact = Contact(
-        u, tags, [(1, body)], METHODS[method], friction,
-        offset=lambda x: p.offset * offset_field(x), **more,
+        u, tags, [(1, body)], p.method(method), friction,
+        offset=lambda x: clearance + p.offset * offset_field(x), **more,
     )  # fmt: skip
     E, load, residual = elastic(V, u, p)
     held = fem.locate_dofs_topological(V, dim - 1, tags.find(2))

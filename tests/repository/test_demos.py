@@ -18,6 +18,7 @@ import bouncing_ball  # noqa: E402
 import brake  # noqa: E402
 import buckling_tube  # noqa: E402
 import c_box  # noqa: E402
+import calibration  # noqa: E402
 import cattaneo_mindlin  # noqa: E402
 import crushed_ring  # noqa: E402
 import forming  # noqa: E402
@@ -257,3 +258,7 @@ def test_a_ball_keeps_its_energy(folder):
 
 def test_a_ring_loses_its_spin_to_friction(folder):
     moves(spinning_ring, folder, "--size", "6", "--end", "0.06")
+
+
+def test_parameters_of_an_ironing_test_are_found(folder):
+    run(calibration, folder)

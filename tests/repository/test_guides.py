@@ -197,6 +197,13 @@ BEFORE: dict[str, list[str | None]] = {
         "E = fem.Constant(mesh, PETSc.ScalarType(1.0))\n"
         "load = fem.Constant(mesh, PETSc.ScalarType((0.0, 0.0)))\n"
         "residual = E * residual - ufl.inner(load, v) * ufl.dx\npress(1.0)" + PROBLEM,
+        "from raymortar import NonlinearProblem, adjoint\n"
+        "E = fem.Constant(mesh, 1.0)\nmeasured = np.zeros(10)\n"
+        "nodes = raymortar.AugmentedLagrangian(condition='nodes')\n"
+        "law = raymortar.Coulomb(0.3)\n"
+        "contact = raymortar.Contact(u, facets, pairs, nodes, law)\n"
+        "problem = NonlinearProblem(E * residual, contact, bcs)\n"
+        "solver = problem.snes_solver",
     ],
     "docs/friction.md": ["", PROBLEM + "step = 0.0"],
     "docs/recipes.md": [None] * 5,

@@ -23,6 +23,9 @@ public:
     return _mortar.assembler();
   }
 
+  /// @brief The dual functions of the present points, for derivatives.
+  [[nodiscard]] const NodeFunctions& functions() const { return *_functions; }
+
   /// @brief Make the dual functions of the present points, and sum what points
   /// give to nodes: gaps and slips by these functions  [theory (4.38)].
   [[nodiscard]] NodeSums sum_nodes(const ContactState& s);

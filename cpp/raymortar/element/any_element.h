@@ -311,6 +311,7 @@ private:
     return rows;
   }
 
+protected:
   /// Derivative of the ray's length times the area, per area
   [[nodiscard]] static TaylorRows<1, D> vary_gap(const Data& e,
                                                  const Hit<true>& p,
@@ -359,6 +360,7 @@ private:
     return rows;
   }
 
+private:
   /// Derivative of the pressure by the components of the multiplier
   [[nodiscard]] static Vec<M> by_multiplier(const Hit<true>& p)
   {

@@ -233,7 +233,7 @@ public:
     }
   }
 
-private:
+protected:
   void add_rows(double w, int node, const UnknownRows<M, D>& rows,
                 const Shapes& at)
   {

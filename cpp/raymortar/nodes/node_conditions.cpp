@@ -169,8 +169,6 @@ node_condition(const ContactState& s, Index node)
   const double coefficient =
       has_field ? s.node_sums->at(node, NodeSum::coefficient) / at.area : 0.0;
   set_derivatives<D, M>(at, r, coefficient, c);
-  if (not has_field)
-    c.by_coefficient.setZero();
   return c;
 }
 

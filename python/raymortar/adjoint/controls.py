@@ -1,4 +1,4 @@
-"""Parameters by which functionals are differentiated: coefficients of forms."""
+"""Parameters by which functionals are differentiated: all, and coefficients of forms."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from dolfinx import fem
 from ..core.compat import Array
 from ..core.errors import ContactError
 from .forms import by_constant, by_function, has
+from .linear import Linearised
 
 
 def _in_cpp(given: Any) -> Any:
@@ -22,8 +23,14 @@ def _in_cpp(given: Any) -> Any:
 class Control(ABC):
     """A parameter. Derivatives of several steps are added up in `start`'s arrays."""
 
-    def require_in(self, forms: Sequence[Any]) -> None:
-        """Raise unless it is in one of the forms, if it should be."""
+    @abstractmethod
+    def check(self, problem: Any, forms: Sequence[Any]) -> None:
+        """Raise unless the problem and the functional, of some forms, have it, and a
+        derivative by it is known here. Not collective."""
+
+    def kink(self) -> str | None:
+        """Why there is no derivative by it at this state, if so. Not collective."""
+        return None
 
     def is_value_of(self, bc: Any) -> bool:
         """Whether a Dirichlet condition has its value."""
@@ -31,10 +38,14 @@ class Control(ABC):
 
     @abstractmethod
     def start(self, problem: Any) -> Array:
-        """Check that the problem has it; its derivative before any step: zeros."""
+        """Set up; its derivative before any step: zeros. Collective."""
 
     def by_forms(self, forms: Sequence[Any], signs: Sequence[float]) -> Array | float:
         """Derivative of some functionals in UFL, times a sign each. Collective."""
+        return 0.0
+
+    def by_contact(self, at: Linearised) -> Array | float:
+        """Derivative of contact's residual, times the weights of `at`. Collective."""
         return 0.0
 
     def result(self, found: Array) -> Any:
@@ -48,31 +59,33 @@ class OfForm(Control):
     def __init__(self, given: Any) -> None:
         self._given, self._is_function = given, isinstance(given, fem.Function)
 
-    def require_in(self, forms: Sequence[Any]) -> None:
-        if not any(has(form, self._given) for form in forms):
-            name = self._given.name if self._is_function else "a Constant"
+    def check(self, problem: Any, forms: Sequence[Any]) -> None:
+        given, unknowns = self._given, problem.contact.unknowns.functions
+        if not any(has(form, given) for form in forms):
+            name = given.name if self._is_function else "a Constant"
             raise ContactError(
                 f"controls: {name} is neither in the forms of the problem nor in J"
             )
-
-    def is_value_of(self, bc: Any) -> bool:
-        values = getattr(bc, "g", None), getattr(bc, "value", None)
-        return any(v is self._given or v is _in_cpp(self._given) for v in values)
-
-    def start(self, problem: Any) -> Array:
-        given, unknowns = self._given, problem.contact.unknowns
-        if any(given is f for f in unknowns.functions):
+        if any(given is f for f in unknowns):
             raise ContactError(f"controls: {given.name} is an unknown of the problem")
         if self._is_function:
-            return np.zeros(len(given.x.array))
-        meshes = [f.function_space.mesh for f in unknowns.functions]
+            return
+        meshes = [f.function_space.mesh for f in unknowns]
         fits = [m for m in meshes if m.ufl_domain() == given.ufl_domain()]
         if not fits:
             raise ContactError(
                 "controls: a Constant is on a mesh that no unknown of the problem is on"
             )
         self._mesh = fits[0]
-        return np.zeros(given.ufl_shape)
+
+    def is_value_of(self, bc: Any) -> bool:
+        values = getattr(bc, "g", None), getattr(bc, "value", None)
+        return any(v is self._given or v is _in_cpp(self._given) for v in values)
+
+    def start(self, problem: Any) -> Array:
+        if self._is_function:
+            return np.zeros(len(self._given.x.array))
+        return np.zeros(self._given.ufl_shape)
 
     def by_forms(self, forms: Sequence[Any], signs: Sequence[float]) -> Array | float:
         found: Array | float = 0.0
@@ -105,5 +118,6 @@ def as_control(given: Any) -> Control:
     if isinstance(given, (fem.Constant, fem.Function)):
         return OfForm(given)
     raise ContactError(
-        f"controls must be Constants and Functions of the forms, not {given!r}"
+        "controls must be Constants and Functions of the forms, or those of adjoint such "
+        f"as offset(contact), not {given!r}"
     )

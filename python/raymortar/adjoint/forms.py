@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import ufl
 from dolfinx import fem
+from ufl.algorithms.analysis import extract_type
+from ufl.classes import SpatialCoordinate
 
 from ..core import compat
 from ..core.compat import Array
@@ -56,6 +58,20 @@ def by_function(form: Any, f: Any) -> Array:
     """Derivative of a functional by the dofs of a Function, ghosted array. Collective."""
     dform = ufl.derivative(form, f, ufl.TestFunction(f.function_space))
     return assembled(dform, f)
+
+
+def by_coordinates(form: Any, X: Any) -> Array:
+    """Derivative of a functional by the mesh's nodes, over the dofs of X, a Function of
+    the space of coordinates. Collective."""
+    mesh, test = X.function_space.mesh, ufl.TestFunction(X.function_space)
+    # UFL may not know another object for the coordinates as that of the form
+    known = [
+        x
+        for x in extract_type(form, SpatialCoordinate)
+        if x.ufl_domain() == mesh.ufl_domain()
+    ]
+    dform = ufl.derivative(form, (known or [ufl.SpatialCoordinate(mesh)])[0], test)
+    return assembled(dform, X)
 
 
 def assembled(form: Any, f: Any) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from petsc4py import PETSc
@@ -40,6 +40,10 @@ class Functional(ABC):
     @abstractmethod
     def by_unknowns(self, at: Linearised) -> PETSc.Vec:
         """Derivative by all unknowns. Collective."""
+
+    def weights(self, problem: Any) -> PETSc.Vec:
+        """Factors of contact's residual of which it is a sum, all rows. Collective."""
+        return problem.create_vector()
 
 
 class FormFunctional(Functional):
@@ -109,6 +113,35 @@ class Force(Functional):
         return y
 
 
+class Sum(Functional):
+    """A weighted sum of functionals."""
+
+    def __init__(self, parts: Sequence[Functional], factors: Sequence[float]) -> None:
+        self._parts = [(one, w) for one, w in zip(parts, factors) if w != 0.0]
+        self.forms = [(form, v * w) for one, w in self._parts for form, v in one.forms]
+        self.contacts = tuple(c for one, _ in self._parts for c in one.contacts)
+
+    def value(self, problem: Any) -> float:
+        return sum(w * one.value(problem) for one, w in self._parts)
+
+    def by_unknowns(self, at: Linearised) -> PETSc.Vec:
+        return self._sum(at.problem, lambda one: one.by_unknowns(at))
+
+    def weights(self, problem: Any) -> PETSc.Vec:
+        return self._sum(problem, lambda one: one.weights(problem))
+
+    def _sum(
+        self, problem: Any, vector: Callable[[Functional], PETSc.Vec]
+    ) -> PETSc.Vec:
+        """Add up vectors of all parts. Collective."""
+        total = problem.create_vector()
+        for one, w in self._parts:
+            y = vector(one)
+            total.axpy(w, y)
+            y.destroy()
+        return total
+
+
 def force(contact: Contact, axis: int) -> Force:
     """A component of the force that contact exerts on the nodes of the slave surface.
 
@@ -121,7 +154,7 @@ def force(contact: Contact, axis: int) -> Force:
 
     Returns
     -------
-    Functional for `gradient`; ``value(problem)`` is the force (per thickness
+    Functional for `gradient` and `Tape`; ``value(problem)`` is the force (per thickness
     in 2D, or of a full turn).
 
     Raises

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
-from weakref import WeakSet
+from weakref import WeakKeyDictionary
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -22,8 +22,8 @@ from .functionals import Functional, as_functional
 from .kinks import at_kink
 from .linear import Linearised
 
-# Problems whose kinks have been told
-_told: WeakSet[Any] = WeakSet()
+# Kinks of problems that have been told
+_told: WeakKeyDictionary[Any, set[str]] = WeakKeyDictionary()
 
 
 def gradient(J: Any, problem: Any, controls: Any) -> Any:
@@ -40,7 +40,8 @@ def gradient(J: Any, problem: Any, controls: Any) -> Any:
     problem
         `NonlinearProblem` or `CondensedProblem`.
     controls
-        List of Constants and Functions of the forms or of J; or a single one.
+        List of Constants and Functions of the forms or of J, and of `offset`,
+        `friction`, `gamma`, `radius`, `place`, `coordinates`; or a single one.
 
     Returns
     -------
@@ -56,12 +57,13 @@ def gradient(J: Any, problem: Any, controls: Any) -> Any:
         If the present state does not solve the problem.
     """
     problem, functional, those = checked(problem, J, controls)
+    _refuse_accepted(problem)
     found = [one.start(problem) for one in those]
     at = Linearised(problem)
     at.require_converged()
-    tell_kinks(problem)
+    tell_kinks(problem, those)
     right = functional.by_unknowns(at)
-    add_derivatives(at, functional, right, those, found)
+    add_derivatives(at, functional, right, those, found).destroy()
     destroy(right)
     at.destroy()
     return results(controls, those, found)
@@ -82,7 +84,6 @@ def checked(
         functional = as_functional(J)
         those = [as_control(one) for one in (controls if several else [controls])]
         for one in those:
-            one.require_in(all_forms(problem, functional))
             if any(one.is_value_of(bc) for bc in problem.bcs):
                 raise ContactError(
                     "controls: a value of a Dirichlet condition has no derivative here"
@@ -91,8 +92,9 @@ def checked(
             if not any(contact is one for one in problem.contact.contacts):
                 raise ContactError("J is of a contact that is none of the problem's")
         refuse(problem)
+        for one in those:
+            one.check(problem, all_forms(problem, functional))
     require_agreement(problem.comm, controls=[type(one).__name__ for one in those])
-    _refuse_accepted(problem)
     return problem, functional, those
 
 
@@ -106,9 +108,9 @@ def refuse(problem: CoupledProblem) -> None:
     if problem.constraints is not None:
         raise SetUpError("adjoint: constraints= have no derivative here")
     if problem.terms:
-        name = type(problem.terms[0]).__name__
         raise SetUpError(
-            f"adjoint: the problem has a {name}, which has no derivative here"
+            f"adjoint: the problem has {problem.terms[0].spoken}, which have no "
+            "derivative here"
         )
     if problem.contact.layout.bodies:
         raise SetUpError("adjoint: a rigid body that is free has no derivative here")
@@ -117,6 +119,8 @@ def refuse(problem: CoupledProblem) -> None:
             raise SetUpError("adjoint: a Tie has no derivative here")
         if contact.tangent == "fixed":
             raise SetUpError("adjoint: tangent='fixed' is not the whole derivative")
+        if getattr(contact.method, "exact", False):
+            raise SetUpError("adjoint: Penalty(exact=True) has no derivative here")
 
 
 def _refuse_accepted(problem: CoupledProblem) -> None:
@@ -142,16 +146,21 @@ def add_derivatives(
     right: PETSc.Vec,
     controls: Sequence[Control],
     found: Sequence[Array],
-) -> None:
-    """Solve for the adjoint, and add derivatives by the controls to `found` [theory
-    (8.4)]. Collective."""
+) -> PETSc.Vec:
+    """Solve for the adjoint, and add derivatives by the controls to `found`; return
+    contact's weights [theory (8.4)]. Collective."""
     problem = at.problem
     lam = at.solve(right)
     parts = [(one, -1.0) for one in actions(problem, values_of_adjoint(problem, lam))]
     forms, factors = zip(*parts, *functional.forms)
-    lam.destroy()
+    e = functional.weights(problem)
+    lam.axpy(-1.0, e)
+    at.weigh(lam)
     for one, so_far in zip(controls, found):
         so_far += one.by_forms(forms, factors)
+        so_far -= one.by_contact(at)
+    e.destroy()
+    return lam
 
 
 def results(given: Any, controls: Sequence[Control], found: Sequence[Array]) -> Any:
@@ -160,9 +169,11 @@ def results(given: Any, controls: Sequence[Control], found: Sequence[Array]) -> 
     return all_of_them if isinstance(given, (list, tuple)) else all_of_them[0]
 
 
-def tell_kinks(problem: CoupledProblem) -> None:
-    """Warn once of a problem whose functional has no derivative here. Collective."""
-    text = at_kink(problem)
-    if text is not None and problem not in _told:
-        _told.add(problem)
-        warn(text)
+def tell_kinks(problem: CoupledProblem, controls: Sequence[Control]) -> None:
+    """Warn once of a problem where there is no derivative. Collective."""
+    texts = [at_kink(problem), *(one.kink() for one in controls)]
+    told = _told.setdefault(problem, set())
+    for text in dict.fromkeys(sum(problem.comm.allgather(texts), [])):
+        if text is not None and text not in told:
+            told.add(text)
+            warn(text)

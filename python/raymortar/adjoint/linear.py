@@ -1,13 +1,16 @@
-"""The linear system of an adjoint at a state."""
+"""The linear system of an adjoint at a state, and derivatives of contact's residual."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from petsc4py import PETSc
 
 import numpy as np
 
+from .. import _cpp
+from ..core.compat import Array
 from ..core.discretization.ranks import destroy
 from ..core.errors import SetUpError, raise_everywhere
 
@@ -22,6 +25,8 @@ class Linearised:
     ----------
     problem
         The problem, with multipliers among its unknowns.
+    weights
+        Factors of contact's residual by which `parameter` multiplies its derivatives.
     """
 
     def __init__(self, problem: Any) -> None:
@@ -35,9 +40,11 @@ class Linearised:
         # The first iterate of a step leaves the motion of segments out of the tangent
         self.system.update()
         problem.form(self._x)
+        self.weights = problem.create_vector()
         self._A: PETSc.Mat | None = None
         self._M: PETSc.Mat | None = None
         self._ksp: PETSc.KSP | None = None
+        self._found: dict[Any, Array] = {}
 
     def require_converged(self) -> None:
         """Raise where the state does not solve the problem. Collective."""
@@ -59,7 +66,7 @@ class Linearised:
 
     def destroy(self) -> None:
         """Free PETSc's objects. Collective."""
-        destroy(*filter(None, (self._x, self._ksp, self._A, self._M)))
+        destroy(*filter(None, (self._x, self.weights, self._ksp, self._A, self._M)))
 
     # The transposed system
 
@@ -76,7 +83,14 @@ class Linearised:
         found.array[: self.system.layout.n][problem.prescribed] = 0.0
         return found
 
-    def by_unknowns(self, weights: PETSc.Vec) -> PETSc.Vec:
+    # Derivatives of contact
+
+    def weigh(self, weights: PETSc.Vec) -> None:
+        """Set the factors of contact's residual."""
+        weights.copy(self.weights)
+        self._found.clear()
+
+    def by_unknowns(self, weights: PETSc.Vec | None = None) -> PETSc.Vec:
         """Derivative of contact's weighed residual by all unknowns, prescribed ones too.
         Collective."""
         M = self._matrix()
@@ -85,6 +99,25 @@ class Linearised:
         y = self._product(M, weights)
         self.system.constrained(self.problem.bcs)
         return y
+
+    def by_parameter(
+        self, zones: Sequence[Any], kind: str, **of_tool: Any
+    ) -> PETSc.Vec:
+        """Derivative of the weighed residual of some zones by a parameter, as a vector
+        over the displacements, see ``adjoint/parameter.h``. Collective."""
+        M = self._matrix()
+        for zone in zones:
+            _cpp.add_by_parameter(zone.cpp, M.handle, kind, **of_tool)
+        return self._product(M, None)
+
+    def by_fields(self, contact: Any, kind: str) -> Array:
+        """Derivatives by fields on a contact's slave: components over the
+        displacement's local dofs. Collective."""
+        if (contact, kind) not in self._found:
+            y = self.by_parameter(contact.zones, kind)
+            self._found[contact, kind] = self.displacements(y)
+            y.destroy()
+        return self._found[contact, kind]
 
     def _matrix(self) -> PETSc.Mat:
         """Zero matrix with room for all rows and columns. Collective."""
@@ -95,12 +128,34 @@ class Linearised:
             self._M.zeroEntries()
         return self._M
 
-    def _product(self, M: PETSc.Mat, weights: PETSc.Vec) -> PETSc.Vec:
-        """Multiply a matrix from the left by weights. Collective."""
+    def _product(self, M: PETSc.Mat, weights: PETSc.Vec | None) -> PETSc.Vec:
+        """Multiply a matrix from the left by weights, or by those of all. Collective."""
         M.assemble()
         y = self.problem.create_vector()
-        M.multTranspose(weights, y)
+        M.multTranspose(self.weights if weights is None else weights, y)
         return y
+
+    def displacements(self, y: PETSc.Vec) -> Array:
+        """Entries of a vector in the rows of all local dofs of u, unrolled. Collective."""
+        rows = self.system.layout.u_rows.ravel().astype(PETSc.IntType)
+        where = PETSc.IS().createGeneral(rows, comm=PETSc.COMM_SELF)
+        values = PETSc.Vec().createSeq(len(rows), comm=PETSc.COMM_SELF)
+        scatter = PETSc.Scatter().create(y, where, values, None)
+        scatter.scatter(y, values)
+        found: Array = values.array_r.copy()
+        destroy(scatter, where, values)
+        return found
+
+    def of_displacement(self, values: Array, k: int) -> Array:
+        """The part of an array over the local dofs of u that the k-th displacement has."""
+        return values[self.system.unknowns.u_places(k)]
+
+    def owned_sums(self, y: PETSc.Vec) -> Array:
+        """Sum of a vector over the displacement's nodes, by component. Collective."""
+        d = self.system.u.function_space.mesh.geometry.dim
+        own = y.array_r[: self.system.layout.n][self.system.unknowns.u_owned]
+        found: Array = self.problem.comm.allreduce(own.reshape(-1, d).sum(axis=0))
+        return found
 
 
 def direct_solver(A: PETSc.Mat) -> PETSc.KSP:

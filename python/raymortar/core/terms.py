@@ -26,6 +26,8 @@ class Term:
 
     Attributes
     ----------
+    spoken
+        Its name in messages, a plural.
     functions
         Unknowns that the term brings. Their forms are none.
     is_of_contact
@@ -37,6 +39,7 @@ class Term:
         the term has no inertia.
     """
 
+    spoken: str = "further terms"
     functions: Sequence[Any] = ()
     is_of_contact: bool = False
     is_linear: bool = True

@@ -310,6 +310,8 @@ class InertiaTerm(Term):
         the number of such sums so far, see `CoupledProblem.kept`.
     """
 
+    spoken = "forces of inertia"
+
     def __init__(self, problem: CoupledProblem, motion: Motion) -> None:
         self._problem, self._motion = problem, motion
         self.tangent: Any = None

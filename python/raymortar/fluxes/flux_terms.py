@@ -231,6 +231,8 @@ class FluxTerms(Term):
         Whether bodies move: else pairs and points stay.
     """
 
+    spoken = "fluxes"
+
     is_of_contact = True
     # More than the facets' displacements changes from tangent to tangent
     is_linear = False

@@ -76,6 +76,8 @@ class SoftStick(Term):
     no further than a facet, and nothing is softened.
     """
 
+    spoken = "softened tangents"
+
     def __init__(self, problem: Any) -> None:
         self._problem = problem
         self._all = [

@@ -35,6 +35,8 @@ class Viscosity(Term):
     that this cell goes.
     """
 
+    spoken = "viscous forces"
+
     is_linear = False  # their scale changes
 
     def __init__(self, problem: CoupledProblem) -> None:

@@ -48,6 +48,8 @@ class OpeningTerm(Term):
         Where it is locked, the length that it keeps; None: it is not.
     """
 
+    spoken = "pretensions"
+
     is_of_contact = True
     is_linear = False
 

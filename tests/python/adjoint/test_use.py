@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 import ufl
-from adjoints import Parameters, along, blocks
+from adjoints import Parameters, along, blocks, tool
 from condensing import newton
 from dolfinx import fem
 from periodic import Cell
@@ -21,25 +23,41 @@ from raymortar import (
     Penalty,
     SetUpError,
     adjoint,
+    rigid,
 )
 from raymortar.core import compat
 
+SIZES = {
+    "modulus": 2.0, "load": 1.0, "offset": 2e-4, "friction": 5e-4, "gamma": 2.0,
+    "radius": 1e-3, "place": np.array([1e-3, 5e-4, 0.0]), "shape": 1e-3,
+}  # fmt: skip
+REMAINDERS = [
+    *((blocks, "points", name) for name in ("modulus", "offset", "friction", "shape")),
+    *((blocks, "penalty", name) for name in ("modulus", "load", "shape", "gamma")),
+    *((tool, "points", name) for name in ("radius", "place", "offset", "friction")),
+    *((tool, "dual", name) for name in ("radius", "place")),
+]
 
-@pytest.mark.parametrize("name, size", [("modulus", 2.0), ("load", 1.0)])
-@pytest.mark.parametrize("method", ["points", "penalty"])
-def test_remainder_is_of_second_order(method, name, size):
+
+@pytest.mark.parametrize("make, method, name", REMAINDERS)
+def test_remainder_is_of_second_order(make, method, name):
     """J(m + h d) - J(m) - h dJ falls by four where h halves."""
 
     def value(by):
-        scene = blocks(method=method, mu=0.2, p=Parameters().changed(name, by))
+        scene = make(method=method, mu=0.2, p=Parameters().changed(name, by))
         solve(scene)
         return scene, values(scene, "form")
 
-    scene, start = value(0.0)
+    size = SIZES[name]
+    scene, start = value(0.0 * size)
     control, direction = scene.directions()[name]
-    slope = along(adjoint.gradient(scene.functional, scene.problem, control), direction)
-    sizes = size / 2.0 ** np.arange(3)
-    left = [abs(value(h)[1] - start - h * slope) for h in sizes]
+    gradient = adjoint.gradient(scene.functional, scene.problem, control)
+    if name == "place":
+        slope = float(gradient @ size)
+    else:
+        slope = size * along(gradient, direction)
+    shares = 1.0 / 2.0 ** np.arange(3)
+    left = [abs(value(h * size)[1] - start - h * slope) for h in shares]
     rates = np.log2(np.array(left[:-1]) / left[1:])
     assert np.all(np.abs(rates - 2.0) < 0.25), rates
 
@@ -47,11 +65,18 @@ def test_remainder_is_of_second_order(method, name, size):
 @pytest.mark.mpi
 @pytest.mark.parametrize("method", ["points", "dual", "penalty"])
 def test_on_ranks(method):
-    """Forms and forces on any number of ranks."""
+    """Forms and forces on any number of ranks, by parameters of both kinds."""
+    names = ["modulus", "load", "offset", "friction"]
+    names += [] if method == "dual" else ["shape"]
     for which in ("form", "force"):
-        compare(
-            lambda **k: blocks(method=method, mu=0.2, **k), ["modulus", "load"], which
-        )
+        compare(lambda **k: blocks(method=method, mu=0.2, **k), names, which)
+
+
+@pytest.mark.mpi
+def test_tool_on_ranks():
+    """Radius and place of a tool on any number of ranks."""
+    names = ["offset", "friction", "radius", "place", "turn"]
+    compare(lambda **k: tool(method="dual", mu=0.1, **k), names)
 
 
 @pytest.mark.mpi
@@ -63,7 +88,7 @@ def test_three_dimensions():
     )
 
 
-def mixed(load):
+def mixed(load, offset=0.0):
     """Displacement and pressure of two blocks, the upper one pressed down."""
     scene = two_blocks(COMM, 2, "triangle", 4, 3, upper_size=(0.7, 0.6))
     mesh = scene.mesh
@@ -86,7 +111,8 @@ def mixed(load):
         facets = scene.facet_tags.find(scene.tags[name])
         dofs = fem.locate_dofs_topological((W.sub(0), V), 1, facets)
         conditions.append(fem.dirichletbc(g, dofs, W.sub(0)))
-    contact = Contact(w.sub(0), scene.facet_tags, [(3, 4)], Penalty(60.0))
+    penalty, pairs = Penalty(60.0), [(3, 4)]
+    contact = Contact(w.sub(0), scene.facet_tags, pairs, penalty, offset=offset)
     problem = NonlinearProblem(F, contact, conditions)
     problem.solve()
     return problem, f, ufl.inner(u, u) * dx + 0.1 * p * dx
@@ -94,11 +120,18 @@ def mixed(load):
 
 def test_mixed_unknowns():
     """A part of a mixed Function is the displacement."""
+
+    def value(load, offset):
+        J = mixed(load, offset)[2]
+        return COMM.allreduce(fem.assemble_scalar(compat.form(J)))
+
     problem, f, J = mixed(-1.0)
-    found = adjoint.gradient(J, problem, f)
-    ends = [fem.assemble_scalar(compat.form(mixed(-1.0 + h)[2])) for h in (1e-3, -1e-3)]
-    known = COMM.allreduce(ends[0] - ends[1]) / 2e-3
-    assert found[1] == pytest.approx(known, rel=1e-6)
+    (contact,) = problem.contact.contacts
+    by_load, by_offset = adjoint.gradient(J, problem, [f, adjoint.offset(contact)])
+    known = value(-1.0 + 1e-3, 0.0) - value(-1.0 - 1e-3, 0.0)
+    assert by_load[1] == pytest.approx(known / 2e-3, rel=1e-6)
+    known = value(-1.0, 1e-6) - value(-1.0, -1e-6)
+    assert by_offset.x.array.sum() == pytest.approx(known / 2e-6, rel=1e-6)
 
 
 def test_condensed_problem():
@@ -115,9 +148,9 @@ def test_condensed_problem():
             newton(problem, 1e-13)
         else:
             solve(scene)
-        controls = [scene.E, scene.load]
-        by_E, by_load = adjoint.gradient(scene.functional, problem, controls)
-        found.append(np.append(by_E.x.array, by_load))
+        controls = [scene.E, scene.load, adjoint.offset(scene.contact)]
+        by_E, by_load, by_gap = adjoint.gradient(scene.functional, problem, controls)
+        found.append(np.concatenate([by_E.x.array, by_load, by_gap.x.array]))
     assert found[1] == pytest.approx(found[0], rel=1e-7, abs=1e-12)
 
 
@@ -177,3 +210,46 @@ def test_constraints_are_refused():
     J = weight * ufl.inner(cell.u, cell.u) * ufl.dx
     with pytest.raises(SetUpError, match="constraints= have no derivative"):
         adjoint.gradient(J, cell.problem, weight)
+
+
+@pytest.mark.mpi
+def test_parameters_that_are_refused():
+    """What contact does not have, or has no derivative, is named on all ranks."""
+    block, led, other = blocks(method="penalty"), tool(mu=0.2), tool()
+    for scene in (block, led):
+        solve(scene)
+    mesh = led.u.function_space.mesh
+    dual = blocks(method="dual")
+    solve(dual)
+    free = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",))
+    for wrong, text in [
+        ((block, lambda: adjoint.friction(block.contact)), "no coefficient of Coulomb"),
+        ((led, lambda: adjoint.gamma(led.contact)), "gamma: the contact has"),
+        ((led, lambda: adjoint.radius(rigid.Body(rigid.Line((0, 0), (0, 1))))), "none"),
+        ((led, lambda: adjoint.place(free)), "free, and equilibrium"),
+        ((block, lambda: adjoint.place(led.body)), "no contact of the problem meets"),
+        ((led, lambda: adjoint.offset(other.contact)), "none of the problem's"),
+        ((block, lambda: adjoint.coordinates(mesh)), "no displacement of the problem"),
+        (
+            (dual, lambda: adjoint.coordinates(dual.u.function_space.mesh)),
+            "depend on undeformed areas",
+        ),
+    ]:
+        scene, make = wrong
+        with pytest.raises(ContactError, match=text):
+            adjoint.gradient(scene.functional, scene.problem, make())
+
+
+@pytest.mark.mpi
+def test_an_offset_that_begins_is_told_once():
+    """Couples over gaps begin with a jump where there is no offset."""
+    scene = tool(mu=0.2, clearance=0.0)
+    solve(scene)
+    for expected in (1, 0):
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            adjoint.gradient(
+                scene.functional, scene.problem, adjoint.offset(scene.contact)
+            )
+        found = ["begin with a jump" in str(one.message) for one in told]
+        assert COMM.allreduce(sum(found)) in (expected, expected * COMM.size)
