@@ -50,10 +50,10 @@ class Blocks:
         self.solver.snes.setTolerances(rtol=1e-11, max_it=25)
 
     def lead(self, *displacement):
-        """Lead the top there in one step, and accept it; the force on the slave."""
+        """Lead the top there in one step, and accept it; the force on the master."""
         self.top.value[:] = displacement
         self.solver.solve()
-        force = self.bond.force()
+        force = -self.bond.force()
         self.contact.advance()
         return force
 

@@ -150,7 +150,7 @@ def test_mixed_modes_of_stiff_blocks(mode, slope):
 
 def test_friction_remains_after_separation():
     """Pressed blocks are sheared apart: adhesion adds to friction, which then stays."""
-    blocks = Blocks(modulus=1e5, friction=Coulomb(0.5), method=Penalty())
+    blocks = Blocks(modulus=1e5, friction=Coulomb(0.5))
     slide = criticals(blocks.bond.law)[1]
     pressure = 1e5 * 1e-4 / HEIGHT
     blocks.lead(0.0, -1e-4)
@@ -160,7 +160,8 @@ def test_friction_remains_after_separation():
     blocks.solver.solve()
     assert not blocks.bond.force().any()
     force = blocks.contact.resultant().force
-    np.testing.assert_allclose(force, [-0.5 * pressure, -pressure], 2e-3)
+    assert force[1] > 0.5 * pressure  # shear bends the blocks, and opens an end
+    np.testing.assert_allclose(force[0], -0.5 * force[1], 1e-6)
     np.testing.assert_allclose(blocks.bond.dissipated(), TOUGHNESS[1], 1e-6)
 
 
@@ -259,7 +260,7 @@ def test_tangent_with_moving_segments(cell, degree, state):
 
 def test_halved_steps_and_states_take_damage_back():
     """A step that fails is halved; a restored state has the damage of its time."""
-    blocks = Blocks(modulus=50.0)
+    blocks = Blocks(modulus=400.0)
     critical = criticals(blocks.bond.law)[0]
     history = History(blocks.problem)
     blocks.solver.snes.setTolerances(max_it=4)
@@ -280,10 +281,10 @@ def test_halved_steps_and_states_take_damage_back():
     np.testing.assert_allclose(history["adhesion_work"][-1], TOUGHNESS[0], 1e-6)
     assert np.all(np.diff(history["adhesion_work"]) >= 0.0)
     assert history["stored_adhesion"][-1] == 0.0
-    for k in (1, 0):
+    for k in (2, 1):
         blocks.contact.restore(states[k])
         np.testing.assert_allclose(blocks.bond.dissipated(), taken[k], 1e-12)
-    assert taken[1] > taken[0] > 0.0
+    assert taken[2] > taken[1] > 0.0
 
 
 @pytest.mark.mpi
