@@ -159,9 +159,11 @@ def test_friction_remains_after_separation():
     blocks.top.value[:] = 1.3 * slide, -1e-4
     blocks.solver.solve()
     assert not blocks.bond.force().any()
-    force = blocks.contact.resultant().force
-    assert force[1] > 0.5 * pressure  # shear bends the blocks, and opens an end
-    np.testing.assert_allclose(force[0], -0.5 * force[1], 1e-6)
+    # Shear bends the blocks, opens an end, and tilts the normals
+    found = blocks.contact.resultant()
+    assert found.force[1] > 0.5 * pressure
+    sizes = [np.linalg.norm(one) for one in (found.tangential, found.normal)]
+    np.testing.assert_allclose(sizes[0], 0.5 * sizes[1], 1e-6)
     np.testing.assert_allclose(blocks.bond.dissipated(), TOUGHNESS[1], 1e-6)
 
 
@@ -281,10 +283,11 @@ def test_halved_steps_and_states_take_damage_back():
     np.testing.assert_allclose(history["adhesion_work"][-1], TOUGHNESS[0], 1e-6)
     assert np.all(np.diff(history["adhesion_work"]) >= 0.0)
     assert history["stored_adhesion"][-1] == 0.0
-    for k in (2, 1):
+    halfway = [k for k, one in enumerate(taken) if 0.0 < one < 0.99 * TOUGHNESS[0]]
+    assert len(halfway) > 1
+    for k in reversed(halfway):
         blocks.contact.restore(states[k])
         np.testing.assert_allclose(blocks.bond.dissipated(), taken[k], 1e-12)
-    assert taken[2] > taken[1] > 0.0
 
 
 @pytest.mark.mpi
