@@ -12,16 +12,24 @@ from dolfinx import fem
 from problems import COMM
 from tangents import remainders_in_petsc, slopes
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from raymortar import (
     Checkpoint,
+    Cohesive,
     Contact,
+    ContactError,
     Coulomb,
     History,
     LoadSteps,
     NonlinearProblem,
     Penalty,
+    Tie,
+    rigid,
+    tools,
 )
 from raymortar.adhesion.points import opening_of
+from raymortar.core.discretization.facets import interpolate
 
 MODES = [("benzeggagh-kenane", None), ("benzeggagh-kenane", 1.45), ("power", 1.0)]
 MODES += [("power", 2.0)]
@@ -341,3 +349,115 @@ def test_adhesion_alone_holds_a_body():
     problem = NonlinearProblem(F, contact, blocks.problem.bcs[:1])
     problem.solve()
     np.testing.assert_allclose(contact.bond.force(), [0.0, -2.0], 1e-7, 1e-7)
+
+
+def test_double_cantilever_beam():
+    """While the crack grows, P = sqrt(G E I) / a of slender arms, theory of beams."""
+    E, G, length, first, end = 1e5, 0.12, 45.0, 30.0, 33.0
+    mesh, _, facets = assemble_blocks(
+        COMM,
+        [
+            Block((90, 1), (0.0, 0.0), (length, 1.0), tags={"top": 4, "left": 6}),
+            Block((90, 1), (0.0, 1.0), (length, 2.0), tags={"bottom": 3, "left": 5}),
+        ],
+        "quadrilateral",
+        1,
+    )
+    V = tools.vector_space(mesh, 2)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    law = Cohesive(30.0, G, where=lambda x: x[0] > first)
+    contact = Contact(u, facets, [(3, 4)], Penalty(), adhesion=law, quadrature_degree=8)
+    F = E * ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) * ufl.dx
+    lifts = [fem.Constant(mesh, 0.0), fem.Constant(mesh, 0.0)]
+    ends = [
+        fem.dirichletbc(
+            lift, fem.locate_dofs_topological(V.sub(1), 1, facets.find(tag)), V.sub(1)
+        )
+        for lift, tag in zip(lifts, (5, 6))
+    ]
+    far = fem.locate_dofs_geometrical(V, lambda x: x[0] > length - 1e-9)
+    problem = NonlinearProblem(
+        F, contact, [*ends, fem.dirichletbc(np.zeros(2), far, V)]
+    )
+    bending = E / 12.0
+    found = []
+
+    def apply(t):
+        # Half the opening of arms of the length a
+        a = first + (end - first) * max(t, 0.0)
+        opened = a**2 * np.sqrt(G / bending) / 3.0 * min(1.0 + 0.5 * t, 1.0)
+        lifts[0].value, lifts[1].value = opened, -opened
+
+    def measure():
+        points = contact.bond.points()
+        surface = contact.zones[0].facets.slave_surface
+        nodes = surface.X[surface.facet_nodes[points["slave"]]]
+        x = interpolate("interval", surface.node_degree, nodes, points["xi"])[:, 0]
+        whole = points["damage"] == 1.0
+        a = x[whole].max(initial=first)
+        force = problem.reactions({"end": ends[0]})["end"][1]
+        found.append((a, force * a / np.sqrt(G * bending)))
+
+    LoadSteps(
+        problem.snes_solver, apply, steps=10, path=(-2.0, 1.0), on_accept=measure
+    ).run()
+    a, ratio = np.array(found).T
+    grown = a > first + 1.0
+    assert np.count_nonzero(grown) >= 2
+    assert np.all(np.abs(ratio[grown] - 1.0) < 0.05), (a, ratio)
+    # What damage has taken is the toughness times the crack's growth, and a zone ahead
+    taken = contact.bond.dissipated() / G
+    assert a[-1] - first < taken < a[-1] - first + 2.0
+
+
+# Refusals
+
+
+@pytest.mark.parametrize(
+    "given, text",
+    [
+        ({"strength": -1.0}, "strength = -1.0 must be a positive number"),
+        ({"strength": (1.0, 2.0, 3.0)}, "must be a number, or a pair"),
+        ({"toughness": 0.0}, "toughness = 0.0 must be a positive number"),
+        ({"toughness": (1.0, np.nan)}, "toughness = nan must be a positive number"),
+        ({"mode": "mean"}, "mode must be one of"),
+        ({"exponent": 0.5}, "exponent = 0.5 must be at least 1"),
+        ({"elastic": 1.0}, "elastic = 1.0 must be between 0 and 1"),
+        ({"within": 0.0}, "within = 0.0 must be a positive number"),
+        ({"where": 3}, "where = 3 must be a function"),
+    ],
+)
+def test_laws_that_do_not_exist(given, text):
+    with pytest.raises(ContactError, match=text):
+        Cohesive(**({"strength": 1.0, "toughness": 1.0} | given)).check()
+
+
+def test_contacts_that_cannot_adhere():
+    """Rigid masters, surfaces that meet themselves, ties, surfaces that are apart."""
+    blocks = Blocks()
+    scene, u = blocks.model.scene, blocks.model.u
+    slave, master = scene.tags["slave"], scene.tags["master"]
+
+    def made(pairs, law=None, **options):
+        law = glue() if law is None else law
+        return Contact(u, scene.facet_tags, pairs, adhesion=law, **options)
+
+    plane = rigid.Plane((0.0, 0.0), (0.0, 1.0))
+    for pairs, law, options, text in (
+        ([(slave, plane)], None, {}, "adhesion needs masters with facets"),
+        ("all", None, {"method": Penalty()}, "does not adhere to itself"),
+        ([(slave, master)], 3.0, {}, "adhesion must be a Cohesive"),
+        (
+            [(slave, master)],
+            glue(where=lambda x: x[0] > 9.0),
+            {},
+            "adhesion bonds no point",
+        ),
+        ([(slave, master)], glue(where=lambda x: x[0]), {}, "True or False for each"),
+    ):
+        with pytest.raises(ContactError, match=text):
+            made(pairs, law, **options)
+    with pytest.raises(ContactError, match="a Tie takes no adhesion"):
+        Tie(u, scene.facet_tags, [(slave, master)], adhesion=glue())
+    with pytest.raises(ContactError, match="adhesion is a term of a problem"):
+        made([(slave, master)]).bond.dissipated()
