@@ -84,16 +84,19 @@ class Cohesive(Options, Adhesion):
     def check(self) -> None:
         for name in ("strength", "toughness"):
             _pair(name, getattr(self, name))
-        choice("mode", self.mode, MODES)
-        if self.exponent is not None and positive("exponent", self.exponent) < 1.0:
-            raise ContactError(f"exponent = {self.exponent} must be at least 1")
-        if not (is_real_number(self.elastic) and 0.0 < self.elastic < 1.0):
-            raise ContactError(f"elastic = {self.elastic!r} must be between 0 and 1")
+        choice("Cohesive.mode", self.mode, MODES)
+        m = self.exponent
+        if m is not None and positive("Cohesive.exponent", m) < 1.0:
+            raise ContactError(f"Cohesive.exponent = {m} must be at least 1")
+        r = self.elastic
+        if not (is_real_number(r) and 0.0 < r < 1.0):
+            raise ContactError(f"Cohesive.elastic = {r!r} must be between 0 and 1")
         if self.within is not None:
-            positive("within", self.within)
+            positive("Cohesive.within", self.within)
         if self.where is not None and not callable(self.where):
             raise ContactError(
-                f"where = {self.where!r} must be a function of points (3, n) to (n,)"
+                f"Cohesive.where = {self.where!r} must be a function of points (3, n) to "
+                "(n,)"
             )
 
     def bond(
@@ -161,7 +164,9 @@ class Cohesive(Options, Adhesion):
 
 def _pair(name: str, value: Any) -> tuple[float, float]:
     """Values in opening and shear: a number is both."""
-    pair = tuple(value) if isinstance(value, (tuple, list)) else (value, value)
+    name, pair = f"Cohesive.{name}", value
+    if not isinstance(value, (tuple, list)):
+        pair = value, value
     if len(pair) != 2:
         raise ContactError(f"{name} = {value!r} must be a number, or a pair of numbers")
     return positive(name, pair[0]), positive(name, pair[1])
