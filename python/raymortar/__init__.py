@@ -47,6 +47,7 @@ from .ties.tie import Tie
 
 if TYPE_CHECKING:
     from . import adjoint, dynamics
+    from .adhesion.cohesive import Cohesive
     from .fluxes.field_problem import FieldProblem
     from .fluxes.field_tie import FieldTie
     from .fluxes.flux import Flux, FluxRates
@@ -68,6 +69,7 @@ hooks.constrain = Constraints
 # Rooms of names that are imported when they are first asked for
 _ON_DEMAND = {
     "Archard": "fluxes.wear",
+    "Cohesive": "adhesion.cohesive",
     "FieldProblem": "fluxes.field_problem",
     "FieldTie": "fluxes.field_tie",
     "Flux": "fluxes.flux",
@@ -85,6 +87,7 @@ __all__ = [
     "Archard",
     "AugmentedLagrangian",
     "Checkpoint",
+    "Cohesive",
     "CondensedProblem",
     "Contact",
     "ContactError",

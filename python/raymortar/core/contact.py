@@ -25,7 +25,7 @@ from .options.methods import AugmentedLagrangian, ContactOptions, Penalty, Searc
 from .state import State
 from .system.assembly import ContactAssembly
 from .system.coupled import CoupledSystem
-from .terms import Term
+from .terms import Adhesion, Term
 
 __all__ = ["Contact", "State"]
 
@@ -86,6 +86,8 @@ class Contact(Interaction):
         (2.14)]: ``"automatic"``: that of a `rigid.Line` or `Plane`, else the slave's;
         ``"slave"``: the slave's; ``"master"``: that of the master, which has to be flat
         or smooth.
+    adhesion
+        `Cohesive` law by which the undeformed surfaces are bonded; None: they are not.
 
     Attributes
     ----------
@@ -93,11 +95,11 @@ class Contact(Interaction):
         The user's unknowns, the displacement among them; see `unknowns.Unknowns`.
     names
         Facet tag by name.
-    system, states, results
-        The coupled system, the arrays of its states, and results: what is less often
-        asked for.
-    surfaces, assembly
-        Slave surfaces with their masters, and the contact terms of matrices and vectors.
+    bond
+        `Bond` of the points that adhere; None without adhesion.
+    system, states, results, surfaces, assembly
+        What is less often asked for: the coupled system, the arrays of its states,
+        results, slave surfaces with their masters, the terms of matrices and vectors.
 
     Raises
     ------
@@ -131,6 +133,7 @@ class Contact(Interaction):
         axisymmetric: bool = False,
         smooth: Smooth = False,
         frame: str = "automatic",
+        adhesion: Adhesion | None = None,
     ) -> None:
         options = ContactOptions(
             AugmentedLagrangian() if method is None else method,
@@ -144,6 +147,8 @@ class Contact(Interaction):
             smooth,
             frame,
         )
+        if adhesion is not None:
+            of_type("adhesion", adhesion, Adhesion, "a Cohesive")
         self.measure, self.tangent = measure, tangent
         given = checked(u, facet_tags, pairs, names, options, self.tied)
         self.names = given.pairs.names_at(0)
@@ -160,16 +165,17 @@ class Contact(Interaction):
             self.offsets.set(offset)
         mesh = self.surfaces.slave_u.function_space.mesh
         spread_coefficient(friction, self.surfaces.zones, mesh)
+        self.bond: Any = None
+        if adhesion is not None:
+            self.bond = adhesion.bond(self, u, facet_tags, pairs, names)
+            self.terms = [self.bond]
 
     def __repr__(self) -> str:
         facets = sum(len(z.facets.slave_surface.facet_ids) for z in self.zones)
-        law, gamma = "no friction", "gamma not yet set"
+        law = "no friction" if self.friction is None else shown(self.friction)
         if self.tied is not None:
             law = f"gaps {'kept' if self.tied == 'keep' else 'closed'}"
-        elif self.friction is not None:
-            law = shown(self.friction)
-        if self.gamma is not None:
-            gamma = f"gamma {shown(self.gamma)}"
+        gamma = f"gamma {'not yet set' if self.gamma is None else shown(self.gamma)}"
         counts = "not yet paired"
         if self.system.updates:  # no rank waits for another: one alone may print this
             status = np.concatenate([zone.points()["status"] for zone in self.zones])
@@ -237,12 +243,7 @@ class Contact(Interaction):
         Parameters
         ----------
         offset
-            Offset, as for `Contact`. Length.
-
-        Raises
-        ------
-        ContactError
-            If it is not finite, no scalar, of another mesh, or differs between ranks.
+            As for `Contact`. Length. It must be finite, and alike on all ranks.
         """
         self.offsets.set(offset)
         self._present.note_change()
@@ -261,8 +262,7 @@ class Contact(Interaction):
 
         Returns
         -------
-        Adjustment
-            How many slave facets have been adjusted, and by how much.
+        How many slave facets have been adjusted, and by how much.
 
         Raises
         ------

@@ -111,6 +111,17 @@ class Addition:
         """Raise if it and another object determine the same values, on this rank."""
 
 
+class Adhesion:
+    """A law by which the surfaces of a contact hold together."""
+
+    def bond(
+        self, contact: Any, u: Any, facet_tags: Any, pairs: Any, names: Any
+    ) -> Any:
+        """Make the term by which they do, from the contact and what tells its surfaces.
+        Collective."""
+        raise NotImplementedError
+
+
 def apart(given: Any) -> tuple[Any, list[Any]]:
     """Divide what a problem is given into contacts and additions.
 

@@ -299,10 +299,11 @@ def _springs(problem: CoupledProblem) -> Mask:
 
 
 def touched(contact: Interaction, count: int) -> Mask:
-    """Whether each body has a point in contact. Collective."""
+    """Whether each body has a point in contact, or one that adhesion holds. Collective."""
     found = np.zeros(count, dtype=bool)
-    for zone in contact.zones:
-        points = zone.points()
+    seen = [(zone, zone.points()) for zone in contact.zones]
+    bonds = [one.bond for one in contact.contacts if one.bond is not None]
+    for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
         closed = points["status"] >= CLOSED
         slaves = bodies_of_facets(contact.system.bodies, zone.facets.slave_surface)
         found[slaves[points["slave"][closed]]] = True

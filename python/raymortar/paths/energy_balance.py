@@ -173,13 +173,9 @@ def _rounding(part: Any) -> float:
 
 def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     """Look at one end of a step, whose loads and state are set. Collective."""
-    contact, vector = problem.contact, problem.create_vector()
-    volume = _volume_forces(problem)
-    contact.assemble_vector(vector)
-    rows = vector.getArray(readonly=True)[: contact.layout.n]
-    tractions = rows[contact.unknowns.u_owned].copy()
-    vector.destroy()
-    residual = tractions + volume
+    contact, volume = problem.contact, _volume_forces(problem)
+    residual = problem.forces()
+    tractions = residual - volume
     held = np.where(problem.constrained, residual, 0.0)
     supplied = _supplied(problem, held, of_begin)
     unbalanced = np.abs(residual - held)
@@ -187,6 +183,8 @@ def _end(problem: CoupledProblem, of_begin: bool = False) -> _End:
     for one in contact.contacts:
         # Energy in springs of friction is in the work of slips
         stored += one.stored_energy("total" if one.friction is None else "normal")
+        if one.bond is not None:
+            stored += one.bond.stored() + one.bond.dissipated()
         if one.tied is None:
             # An exact penalty has the tractions of a multiplier
             is_exact = isinstance(one.method, Penalty) and one.method.exact

@@ -260,6 +260,10 @@ class History:
         if any(isinstance(one.method, Penalty) for one in contact.contacts):
             for part in ["normal"] + ["tangential"] * frictional:
                 yield [f"stored_{part}"], partial(contact.stored_energy, part)
+        bonds = [one.bond for one in contact.contacts if one.bond is not None]
+        if bonds:
+            yield ["adhesion_work"], lambda: sum(one.dissipated() for one in bonds)
+            yield ["stored_adhesion"], lambda: sum(one.stored() for one in bonds)
 
     def _counts(self) -> list[float]:
         counts = self.problem.contact.statistics

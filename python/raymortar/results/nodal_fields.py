@@ -214,6 +214,8 @@ class ContactResults(Results):
         found += [self.status(), self.coverage()]
         if self.friction is not None:
             found.append(self.slip())
+        if self._contact.bond is not None:
+            found.append(self._contact.bond.damage())
         multiplier = self.surfaces.multiplier
         return found if multiplier is None else [multiplier, *found]
 

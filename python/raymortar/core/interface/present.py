@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Protocol
 from weakref import WeakValueDictionary
@@ -81,6 +81,8 @@ class PresentState:
             )
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
+        # Called when a step is accepted, with the state at its end
+        self.on_accept: list[Callable[[], None]] = []
         self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
@@ -218,6 +220,8 @@ class PresentState:
     def accept(self) -> None:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
+        for call in self.on_accept:
+            call()
         self.u_old[:] = self._u.x.array
         self.unfelt.accept()
         self.steps += 1
