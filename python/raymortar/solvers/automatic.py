@@ -147,7 +147,7 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
         and problem.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif snes and least <= unknowns <= most:
+    elif least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
         names = "umfpack", "suitesparse"  # of PETSc 3.22, and before
