@@ -23,10 +23,10 @@ def motions(dim):
     return found
 
 
-def record(scene):
-    """Solve a path and record it."""
+def record(scene, count=COUNT):
+    """Solve the first steps of a path and record them."""
     tape = adjoint.Tape(scene.problem)
-    for motion in motions(scene.u.function_space.mesh.geometry.dim):
+    for motion in motions(scene.u.function_space.mesh.geometry.dim)[:count]:
         if scene.body is None:
             scene.motion.value[:] = motion
         else:
@@ -54,11 +54,12 @@ SCENES = {
 }
 
 
-def compare_path(make, names):
+def compare_path(make, names, count=COUNT):
     """Compare gradients of a path by some parameters with differences."""
     scene = make()
-    tape = record(scene)
+    tape = record(scene, count)
     J, weights = work(scene, tape)
+    weights = weights[:, :count]
     controls = scene.directions()
     found = tape.gradient(J, [controls[one][0] for one in names], weights)
     for one, gradient in zip(names, found):
@@ -66,7 +67,7 @@ def compare_path(make, names):
         sums = []
         for sign in (1.0, -1.0):
             other = make(p=Parameters().changed(one, sign * by))
-            values = record(other).values(work(other, None)[0])
+            values = record(other, count).values(work(other, None)[0])
             sums.append(float(np.sum(values * weights)))
         known = (sums[0] - sums[1]) / (2.0 * np.linalg.norm(by))
         got = gradient[0] if one == "place" else along(gradient, controls[one][1])
@@ -83,10 +84,9 @@ def test_path_with_friction(name):
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("name", ["blocks, nodes", "tool, rate"])
-def test_path_on_ranks(name):
-    """The same on any number of ranks."""
-    compare_path(SCENES[name], ["offset", "friction"])
+def test_path_on_ranks():
+    """The same on any number of ranks, of four steps."""
+    compare_path(SCENES["tool, rate"], ["friction"], 4)
 
 
 def test_load_steps_are_recorded_and_state_comes_back():
