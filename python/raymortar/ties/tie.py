@@ -135,7 +135,6 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
     """Raise for options that a tie does not have."""
     for name, why in (
         ("friction", "it holds all components of the displacement"),
-        ("adhesion", "nothing tears it apart"),
         ("offset", "its gaps are kept or closed, see adjust"),
         ("measure", "it integrates over the undeformed surface"),
         ("tangent", "its points do not move"),
