@@ -6,7 +6,7 @@ left.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from mpi4py import MPI
 
@@ -122,21 +122,14 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     Owned dofs of u that are `led` count as prescribed.
     """
     held = problem.constrained if led is None else problem.constrained | led
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    translations = np.tile(np.eye(dim), len(held) // dim)
-    return _sentences(problem, _grip(problem, translations, held), _moved)
+    return _sentences(problem, [(one, False) for one in _unheld(problem, held)], _moved)
 
 
 def free_axes(problem: CoupledProblem) -> Mask:
     """Whether neither conditions nor springs hold a body along each axis, (d, bodies).
     Collective."""
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
-    grip = _grip(problem, translations, problem.constrained)
-    axes = np.array([_free_motions(one, dim)[0] for one in np.moveaxis(grip, 2, 0)])
-    if not axes.any():
-        return np.asarray(axes.T)
-    return np.asarray(axes.T & ~_springs(problem))
+    axes = _unheld(problem, problem.constrained).T
+    return np.asarray(axes & ~_springs(problem)) if axes.any() else axes
 
 
 def far_on_springs(problem: CoupledProblem) -> list[str]:
@@ -144,16 +137,12 @@ def far_on_springs(problem: CoupledProblem) -> list[str]:
     if problem.inertia is not None:
         return []
     groups, contact = problem.convergence.groups, problem.contact
-    dim, count = (
-        contact.u.function_space.dofmap.index_map_bs,
-        contact.system.bodies.count,
-    )
-    translations = np.tile(np.eye(dim), len(problem.constrained) // dim)
-    grip, springs = _grip(problem, translations, problem.constrained), _springs(problem)
+    count, springs = contact.system.bodies.count, _springs(problem)
+    free = _unheld(problem, problem.constrained)
     most, names = largest_motions(contact, contact.states.u_old), groups.names()
     found = []
     for body in np.flatnonzero(most > _FAR_OFF * groups.size[:count]):
-        axes = _free_motions(grip[:, :, body], dim)[0] & springs[:, body]
+        axes = free[body] & springs[:, body]
         axes[0] &= not contact.system.axisymmetric  # hoops
         along = ", ".join(AXES[i] for i in np.flatnonzero(axes))
         if along:
@@ -177,18 +166,20 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
         lead = problem.comm.allreduce(_by_body(problem, led * modes))
         size = np.abs(lead).max(initial=0.0) or 1.0
         grip += lead[:, None] * lead[None] / size**2
-    return _sentences(problem, grip, has_no_springs)
+    motions = [_free_motions(one) for one in np.moveaxis(grip, 2, 0)]
+    return _sentences(problem, motions, has_no_springs)
 
 
 def _sentences(
-    problem: CoupledProblem, grip: Array, counts: Callable[[CoupledProblem], Mask]
+    problem: CoupledProblem,
+    motions: Sequence[tuple[Mask, bool]],
+    counts: Callable[[CoupledProblem], Mask],
 ) -> list[str]:
-    """Name bodies that count and that neither `grip`, springs nor contact hold."""
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    motions = [_free_motions(of_body, dim) for of_body in np.moveaxis(grip, 2, 0)]
+    """Name bodies that count and that neither springs nor contact hold, of those that
+    may move along some axes, or turn, each."""
     if not any(axes.any() or turns for axes, turns in motions):
         return []
-    free = counts(problem) & ~touched(problem.contact, grip.shape[2])
+    free = counts(problem) & ~touched(problem.contact, len(motions))
     if not free.any():
         return []
     springs, names, found = _springs(problem), problem.convergence.groups.names(), []
@@ -267,12 +258,21 @@ def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
     return np.asarray(problem.comm.allreduce(mine))
 
 
-def _free_motions(grip: Array, dim: int) -> tuple[Mask, bool]:
+def _unheld(problem: CoupledProblem, held: Mask) -> Mask:
+    """Whether no dof of a body that is held keeps it along each axis, (bodies, d), given
+    which owned dofs of u are held. Collective."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    along = np.tile(np.eye(dim), len(held) // dim)
+    return np.asarray(problem.comm.allreduce(_by_body(problem, held * along)) == 0.0).T
+
+
+def _free_motions(grip: Array) -> tuple[Mask, bool]:
     """Find the axes along which a body can move, and whether it can turn, from the stiffness
     against its rigid motions, (motions, motions)."""
+    dim = 2 if len(grip) == 3 else 3
     values, motions = np.linalg.eigh(grip)
     none = motions[:, values <= _NO_STIFFNESS * max(values.max(), _NO_PART)]
-    if len(grip) == dim or not none.shape[1]:
+    if not none.shape[1]:
         mixed, count = np.eye(none.shape[1]), 0
     else:
         _, turns, mixed = np.linalg.svd(none[dim:])

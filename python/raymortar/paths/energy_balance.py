@@ -83,6 +83,15 @@ class Balance:
         """Bounds of the energy that a snap within the step has set free."""
         return max(self.least, 0.0), max(self.most, 0.0)
 
+    def describe_snap(self, factor: float) -> str:
+        """Tell of a snap that a step up to a load factor has passed."""
+        least, most = self.released
+        return (
+            f"a snap was passed before load factor {factor:.6g}: it sets an energy from "
+            f"{least:.3g} to {most:.3g} free, and its end is one of several. Take smaller "
+            "steps, or control="
+        )
+
 
 @dataclass(frozen=True)
 class _Facets:

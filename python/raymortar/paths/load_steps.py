@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -255,43 +256,39 @@ class LoadSteps:
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
-            try:
-                with speaker.during():
-                    iterations = self._solve(ways, before, last)
-                with looking.at(contact.zones):
+            with ExitStack() as seen:
+                try:
+                    with speaker.during():
+                        iterations = self._solve(ways, before, last)
+                    # All look at this state, which nothing changes until it is accepted
+                    seen.enter_context(looking.at(contact.zones))
                     self._require_contact()
                     doubts.require_gradual()
-            except FAILURES as failure:
-                left = isinstance(failure, BodyLeft)
-                if isinstance(failure, SetUpError) and not left:
-                    raise
-                ways.restore(before)
-                if left or not path.sizes.halve():
-                    ways.finish()
-                    raise self._given_up(failure, ways.gave_up()) from failure
-                self.halvings += 1
-                progress.trying(HALVED)
-                continue
-            self._reached()
-            problem.evaluate()
-            with looking.at(contact.zones):
+                except FAILURES as failure:
+                    seen.close()
+                    left = isinstance(failure, BodyLeft)
+                    if isinstance(failure, SetUpError) and not left:
+                        raise
+                    ways.restore(before)
+                    if left or not path.sizes.halve():
+                        ways.finish()
+                        raise self._given_up(failure, ways.gave_up()) from failure
+                    self.halvings += 1
+                    progress.trying(HALVED)
+                    continue
+                self._reached()
+                problem.evaluate()
                 masters.look()
                 found = doubts.look()
-            balance = ways.balance
-            released = None if balance is None else balance.released
-            if balance is not None and balance.has_snapped and not snapped:
-                snapped = True
-                least, most = balance.released
-                text = (
-                    f"a snap was passed before load factor {path.factor:.6g}: it sets an "
-                    f"energy from {least:.3g} to {most:.3g} free, and its end is one of "
-                    "several. Take smaller steps, or control="
-                )
-                warn(text)
-            if self.history is not None:
-                self.history.record(path.time, iterations, self.halvings)
-            if self.output is not None:
-                self.output.write(path.time)
+                balance = ways.balance
+                released = None if balance is None else balance.released
+                if balance is not None and balance.has_snapped and not snapped:
+                    snapped = True
+                    warn(balance.describe_snap(path.factor))
+                if self.history is not None:
+                    self.history.record(path.time, iterations, self.halvings)
+                if self.output is not None:
+                    self.output.write(path.time)
             contact.advance()
             self._passed()
             self._tell(self.on_accept)
