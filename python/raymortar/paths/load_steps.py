@@ -255,9 +255,12 @@ class LoadSteps:
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
+            # What `apply` sets of the state, such as the lock of a bolt, is of this step:
+            # its solves begin with it, and a halved step goes back before it
+            now = contact.state()
             try:
                 with speaker.during():
-                    iterations = self._solve(ways, before, last)
+                    iterations = self._solve(ways, now, last)
                 with looking.at(contact.zones):
                     self._require_contact()
                     doubts.require_gradual()
