@@ -3,6 +3,7 @@
 #include "raymortar/fem/pattern.h"
 #include "raymortar/fem/set_pattern.h"
 #include "structs.h"
+#include <petscpc.h>
 
 namespace raymortar::bindings
 {
@@ -24,6 +25,15 @@ void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
 {
   preallocate(from_handle<PetscMatrix>(A), to_span(offsets), to_span(columns),
               zones, patterns, fields);
+}
+/// Whether a preconditioner is to stay while the matrix changes, as SNES asks
+/// by its lag
+bool is_reused(std::uintptr_t pc)
+{
+  PetscBool reused = PETSC_FALSE;
+  check(PCGetReusePreconditioner(from_handle<PC>(pc), &reused),
+        "PCGetReusePreconditioner");
+  return reused == PETSC_TRUE;
 }
 } // namespace
 
@@ -64,6 +74,7 @@ void bind_assembly(py::module_& m)
                           Field{"master", &FieldRows::master},
                           Field{"per_slave", &FieldRows::per_slave},
                           Field{"per_master", &FieldRows::per_master});
+  m.def("is_reused", &is_reused);
   m.def("set_pattern",
         [](std::uintptr_t A, const Array<std::int32_t>& offsets,
            const Array<std::int32_t>& columns)

@@ -92,8 +92,13 @@ def prescribe(
             raise ContactError(
                 f"component must be one of {list(range(dim))} or None, not {component!r}"
             )
+        is_vector = component is None and bool(compat.element_info(V).value_shape)
+        if is_vector and V.dofmap.bs != dim:
+            raise ContactError(
+                "V is a part of a mixed space, of which conditions are on components: "
+                "call prescribe with component=0, then with the others"
+            )
         if not isinstance(value, fem.Constant):
-            is_vector = component is None and bool(compat.element_info(V).value_shape)
             value = _constant(mesh, value, (dim,) if is_vector else ())
     facet_dim = mesh.topology.dim - 1
     compat.connectivity(mesh, facet_dim, facet_dim + 1)

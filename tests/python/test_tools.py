@@ -52,6 +52,18 @@ def test_whole_displacements_and_components_are_prescribed(scene):
     assert np.all(values_on(rest, top) == 1.0)
 
 
+@pytest.mark.quick
+def test_parts_of_a_mixed_space_are_prescribed_by_component(scene):
+    W = tools.mixed_space(scene.mesh, ("Lagrange", 2, (2,)), ("Lagrange", 1, ()))
+    w, bottom = fem.Function(W), scene.find("bottom")
+    compat.set_bc(w.x.array, [tools.prescribe(W.sub(0), bottom, 0.25, component=1)])
+    assert set(w.x.array) == {0.0, 0.25}
+    assert np.all(w.sub(0).sub(1).collapse().x.array >= 0.0)
+    for value in (0.0, (0.5, 0.25), fem.Constant(scene.mesh, (0.5, 0.25))):
+        with pytest.raises(ContactError, match="component=0, then with the others"):
+            tools.prescribe(W.sub(0), bottom, value)
+
+
 @pytest.mark.parametrize(
     "value, component, said",
     [

@@ -234,7 +234,7 @@ BEFORE: dict[str, list[str | None]] = {
         "F, SEAL, GROOVE, STOP = residual, tag['upper_bottom'], tag['lower_top'], 9",
     ],
     "docs/unknowns.md": [
-        "import basix.ufl\nmu, kappa, bcs = 1.0, 1e3, []",
+        "import basix.ufl\nmu, kappa = 1.0, 1e3",
         "S = tools.scalar_space(mesh, 1)\np, q = fem.Function(S), ufl.TestFunction(S)\n"
         "F_u, F_p = residual, p * q * ufl.dx",
         MESHES + "RING, PLATE = 3, 8\n"

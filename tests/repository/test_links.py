@@ -14,6 +14,19 @@ LINKED = re.compile(r"\[([^\]]*)\]\([^)]*\)")
 CELL = re.compile(r"(?<!\\)\|")
 NUMBERED = re.compile(r"\\qquad \((\d+)\.(\d+)\)$", re.MULTILINE)
 RANGE = re.compile(r"\((\d+)\.(\d+)\)(?: to \(\d+\.(\d+)\))?")
+# Words of the glossary that no textbook has, or that have another meaning there
+TERMS = (
+    *("slave", "pairing", "segments?", "covered", "multipliers?", "held nodes?"),
+    *("loose bod(?:y|ies)", "free bod(?:y|ies)"),
+)
+# Code, links, headings, rows of tables, bold words and formulas
+NO_PROSE = re.compile(
+    r"`[^`\n]*`|\[[^\]]*\]\([^)]*\)|^[#|!][^\n]*$|^[^\n]*<!--[^\n]*$|\*\*[^*\n]*\*\*|"
+    r"\$[^$\n]*\$",
+    re.MULTILINE,
+)
+# Pages for those who know the words
+OF_DEVELOPERS = {"index", "developers", "extending", "testing", "cpp", "install"}
 # Words in a cell of a guide's tables
 WORDS = 15
 # Lines of a page: of a guide, of any other
@@ -70,6 +83,26 @@ def test_cells_of_tables_are_short(page):
     cells = [cell for row in rows for cell in CELL.split(row.strip())[1:-1]]
     long = [c for c in cells if len(LINKED.sub(r"\1", c).split()) > WORDS]
     assert not long
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize(
+    "page",
+    [
+        page
+        for page in pages()
+        if str(page.parent) == "docs" and page.stem not in OF_DEVELOPERS
+    ],
+    ids=str,
+)
+def test_a_guide_links_its_words_to_the_glossary(page):
+    text = prose(page)
+    rest = NO_PROSE.sub("", text)
+    used = [term for term in TERMS if re.search(rf"(?<![\w-]){term}(?![\w-])", rest)]
+    missing = [
+        term for term in used if not re.search(rf"\[{term}\]\(index\.md#gl", text)
+    ]
+    assert not missing
 
 
 @pytest.mark.quick

@@ -31,14 +31,13 @@ from .elimination import (
     surface_stiffness,
 )
 from .kept_factors import KeptFactorsSolver, kept_factors
-from .lagged_factors import LaggedFactorsSolver, lagged_factors
+from .lagged_factors import lagged_factors
 from .levels import near_nullspace, rigid_motions
 
 __all__ = [
     "BodiesPreconditioner",
     "CondensedPreconditioner",
     "KeptFactorsSolver",
-    "LaggedFactorsSolver",
     "MOST_DIRECT",
     "MULTIGRIDS",
     "SolverWithFallback",

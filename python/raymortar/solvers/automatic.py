@@ -8,6 +8,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from .. import _cpp
 from ..core import compat
 from ..core.errors import warn
 from ..core.problem import CoupledProblem
@@ -26,7 +27,7 @@ from .lagged_factors import lagged_factors
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
 # is faster at all sizes that were measured.
-MOST_DIRECT = {1: 40_000, 2: 20_000}
+MOST_DIRECT = {1: 20_000, 2: 15_000}
 
 # Unknowns in 3D from which linear bodies keep their factors, in place of the direct
 # solver's, and the share of its operations that they may take (measured:
@@ -90,7 +91,9 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
         ``"bodies"``: levels of the bodies without contact, and a direct solver for the
         unknowns near contact.
     options
-        Options to add or to replace, such as ``ksp_rtol=1e-6``.
+        Options to add or to replace, such as ``ksp_rtol=1e-6``. ``bodies_most``: Krylov
+        iterations that blocks of a former tangent may cost before new ones are taken;
+        -1: each tangent gives new ones.
 
     Returns
     -------
@@ -144,7 +147,7 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
         and problem.is_linear
     ):
         options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif least <= unknowns <= most:
+    elif snes and least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
         names = "umfpack", "suitesparse"  # of PETSc 3.22, and before
@@ -177,7 +180,9 @@ class SolverWithFallback(InnerSolvers):
             if self.krylov is None:
                 self.krylov = self._made(ksp, "iterative_")
                 attach(self.krylov, self.problem, self.row_scale, self.raised)
-            if self._solve_by(self.krylov, ksp, b, x):
+            reused = _cpp.is_reused(ksp.getPC().handle)
+            self.krylov.getPC().setReusePreconditioner(reused)
+            if self._solve_by(self.krylov, ksp, b, x) or self._solve_anew(ksp, b, x):
                 return
             self.stalls += 1
             last = self.stalls == MOST_STALLS
@@ -191,3 +196,14 @@ class SolverWithFallback(InnerSolvers):
             )
             self.krylov.reset()
         self._solve_directly(ksp, b, x)
+
+    def _solve_anew(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
+        """Solve with blocks of the present tangent where those of a former one have not
+        served; whether that has converged. Collective."""
+        context = self.krylov.getPC().getPythonContext()
+        if context.was_new:
+            return False
+        context.forget()
+        self.krylov.reset()
+        x.set(0.0)
+        return self._solve_by(self.krylov, ksp, b, x)

@@ -9,6 +9,7 @@ from petsc4py import PETSc
 
 import numpy as np
 
+from .. import _cpp
 from ..core import compat
 from ..core.compat import Array
 from ..core.discretization.facets import shape_functions
@@ -25,9 +26,13 @@ from ..core.solvers.petsc_objects import (
 from ..core.system.entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
 
-# New levels are made when a solve needs WORN times the cycles of the first one, and
-# SPARE more: the bodies have changed then
+# New levels are made when a solve with new blocks needs WORN times the cycles of the
+# first one, and SPARE more: the bodies have changed then
 WORN, SPARE = 1.5, 5
+
+# Blocks of a former tangent serve until they have taken, in all, as many cycles more than
+# the first solve with them as new ones cost (measured: docs/measured/linear_solvers.md)
+PRICE = 20
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/measured/linear_solvers.md)
@@ -51,7 +56,9 @@ class BodiesPreconditioner(KnowsProblem):
        the mesh size.
 
     The levels belong to the bodies without contact. They are kept until a solve takes
-    many more cycles than the first one, or until other dofs are prescribed.
+    many more cycles than the first one, or until other dofs are prescribed. So are the
+    blocks, the operators of the levels and the factors near contact, which another gamma
+    ends, too: products with the tangent are always with the present one.
 
     Attributes
     ----------
@@ -59,19 +66,29 @@ class BodiesPreconditioner(KnowsProblem):
         KSP of S, with prefix ``displacement_`` after that of the outer one.
     levels
         `levels.BodiesLevels`, from the first set-up on.
+    was_new
+        Whether the last solve was the first one with the present blocks.
     """
 
     def __init__(self) -> None:
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self.levels: Any = None
+        self.was_new = False
         # Factor of the lumped mass of each contact, from the first elimination on
         self._factors: list[float] = []
         # Owned rows near contact
         self._near_rows: Places | None = None
         self._coarse: list[PETSc.Mat] = []
-        # Cycles since the last set-up, and those after the levels were made
-        self._cycles = self._first = 0
+        # Cycles of the present solve, of the first one with the present blocks, and of the
+        # first one with the present levels; 0: there was none
+        self._cycles = self._fresh = self._first = 0
+        # Cycles that solves with the present blocks have taken more than the first one,
+        # and may take
+        self._excess, self._most = 0, PRICE
+        # Factors of the rows, and of the multipliers, of the tangent that gave the blocks
+        self._scale_then: Array = np.empty(0)
+        self._gamma_then: list[float] = []
 
     def know(
         self,
@@ -89,9 +106,15 @@ class BodiesPreconditioner(KnowsProblem):
 
     @kept_inside
     def setUp(self, pc: PETSc.PC) -> None:
-        """Take the blocks of the tangent anew. Collective."""
+        """Take the blocks of the tangent, unless those of a former one serve, or SNES asks
+        for them by its lag. Collective."""
+        has_blocks = self.solver is not None
+        if has_blocks and (_cpp.is_reused(pc.handle) or self._serves()):
+            return
+        self.forget()
         A, _ = pc.getOperators()
-        self.reset(pc)
+        table = PETSc.Options(pc.getOptionsPrefix() or "")
+        self._most = table.getInt("bodies_most", PRICE)
         self.solver = inner_solver(pc, "displacement_")
         self.solver.setType("preonly")
         self._renew_levels(self.solver.getOptionsPrefix())
@@ -106,7 +129,41 @@ class BodiesPreconditioner(KnowsProblem):
         self._right, self._solution = S.createVecs()
         S.destroy()  # the solver has it
         self._set_near(pc)
+        self._scale_then, self._gamma_then = self._row_factors().copy(), self._gammas()
+        self._fresh = self._excess = 0
+
+    def preSolve(
+        self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
+    ) -> None:
+        """Count the cycles of a solve."""
         self._cycles = 0
+
+    def postSolve(
+        self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
+    ) -> None:
+        """Note the cycles that a solve has taken."""
+        self.was_new, cycles = self._fresh == 0, max(self._cycles, 1)
+        self._fresh = self._fresh or cycles
+        self._first = self._first or cycles
+        self._excess += max(cycles - self._fresh, 0)
+
+    def _serves(self) -> bool:
+        """Whether the blocks at hand suit the present tangent. Collective."""
+        same = np.array_equal(self.levels.fixed, self.problem.constrained)
+        changed = not same or self._gamma_then != self._gammas()
+        worn = self._excess > self._most
+        return not self.contact.layout.comm.allreduce(int(worn or changed))
+
+    def _gammas(self) -> list[float]:
+        """Factors of the unknowns of the multipliers."""
+        return [contact.assembly.gamma_scale for contact in self._with_multiplier]
+
+    def _row_factors(self) -> Array:
+        """Factors of the owned rows of the tangent."""
+        if self.row_scale is None:
+            return np.ones(self.contact.layout.size)
+        factors: Array = self.row_scale.array_r
+        return factors
 
     def _set_near(self, pc: PETSc.PC) -> None:
         """Factorise the tangent near contact. Collective."""
@@ -120,9 +177,7 @@ class BodiesPreconditioner(KnowsProblem):
     def _renew_levels(self, prefix: str) -> None:
         """Make levels where there are none that serve, while no S is in memory.
         Collective."""
-        if self._first == 0:
-            self._first = self._cycles
-        worn = self._cycles > WORN * self._first + SPARE
+        worn = self._fresh > WORN * self._first + SPARE
         if self.levels is not None:
             same = np.array_equal(self.levels.fixed, self.problem.constrained)
             if self.contact.layout.comm.allreduce(int(worn or not same)):
@@ -147,7 +202,7 @@ class BodiesPreconditioner(KnowsProblem):
         """Make S, and keep the blocks that the elimination needs."""
         layout, contacts = self.contact.layout, self._with_multiplier
         if not contacts and not layout.bodies:
-            return A
+            return A.copy()  # the tangent itself will change
         u = self._rows(0, layout.n, self.contact.u.function_space.dofmap.index_map_bs)
         K = A.createSubMatrix(u, u)
         if not contacts:
@@ -171,10 +226,8 @@ class BodiesPreconditioner(KnowsProblem):
 
     def _inverse_blocks(self, D: PETSc.Mat) -> PETSc.Mat:
         """Make E^-1 of the nodes' blocks of D, which is destroyed, and the masses."""
-        scale = np.ones(self.contact.layout.size)
-        if self.row_scale is not None:  # the factors of the rows, springs included
-            scale = self.row_scale.array_r
-        scale, first, parts = scale[self.contact.layout.n :], 0, []
+        # The factors of the rows, springs included
+        scale, first, parts = self._row_factors()[self.contact.layout.n :], 0, []
         for contact, factor in zip(self._with_multiplier, self._factors):
             c, mass = contact.layout.components, factor * lumped_mass(contact)
             at = first + np.arange(c * len(mass)).reshape(-1, c)
@@ -193,12 +246,15 @@ class BodiesPreconditioner(KnowsProblem):
         self._cycles += 1
         rest, further = x.duplicate(), x.duplicate()
         near, right = part.createVecs()
-        right.array[:] = x.array_r[self._near_rows]
+        # The rows of the blocks have the factors of then
+        factors = self._scale_then / self._row_factors()
+        right.array[:] = (factors * x.array_r)[self._near_rows]
         self._near_contact.solve(right, near)
         y.set(0.0)
         y.array[self._near_rows] = near.array_r
         A.mult(y, rest)
         rest.aypx(-1.0, x)
+        rest.array[:] *= factors
         self._cycle(rest, further)
         y.axpy(1.0, further)
         destroy(rest, further, near, right)
@@ -225,7 +281,11 @@ class BodiesPreconditioner(KnowsProblem):
         y.array[:n] = u.array_r
 
     def reset(self, pc: PETSc.PC) -> None:
-        """Forget the operators, as the next ones may have another pattern. Collective."""
+        """Keep all: the next tangent may have another pattern, which the blocks serve as
+        well."""
+
+    def forget(self) -> None:
+        """Free the blocks, so that the next set-up takes new ones. Collective."""
         self._destroy("solver", "_B", "_C", "_inverse", "_right", "_solution")
         self._destroy("_near_contact")
         destroy(*self._coarse)
@@ -233,7 +293,7 @@ class BodiesPreconditioner(KnowsProblem):
 
     def destroy(self, pc: PETSc.PC) -> None:
         """Free all, as PETSc asks at the end. Collective."""
-        self.reset(pc)
+        self.forget()
         self._destroy("levels")
 
 

@@ -268,9 +268,9 @@ def sorted_by_place(u):
 @pytest.mark.parametrize("law", ["normal", "friction", "penalty"])
 def test_multigrid_for_the_bodies_takes_it(law):
     found, body, newton, _ = pushed(law, "direct")
-    same, other, again, krylov = pushed(
-        law, "bodies", **solvers.iterative("bodies", ksp_rtol=1e-10)
-    )
+    # Blocks of each tangent: iterations are those of the preconditioner as it is
+    options = solvers.iterative("bodies", ksp_rtol=1e-10, bodies_most=-1)
+    same, other, again, krylov = pushed(law, "bodies", **options)
     assert abs(newton - again) <= 1
     assert other.freedom.values == pytest.approx(body.freedom.values, abs=1e-8)
     # Partitions may differ

@@ -11,7 +11,8 @@ import pytest
 from dolfinx import fem
 from hosts import taylor_hood
 from interacting import Stack
-from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack, tolerate, worst
+from pressed_blocks import FRICTIONS, METHODS, blocks, solved, unknowns
+from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack, worst
 from rigid_scenes import press, shapes
 
 from meshes.scenes import two_blocks
@@ -28,42 +29,8 @@ from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
 
-METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
-FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}
-
-
-def blocks(cell="tetrahedron", degree=2, n=1, comm=COMM, held=None, **options):
-    """A block pressed on another, and sheared where there is friction."""
-    scene = two_blocks(
-        comm,
-        3,
-        cell,
-        lower_divisions=(4 * n, 4 * n, 2 * n),
-        upper_divisions=(3 * n, 3 * n, 2 * n),
-        lower_size=(1.0, 1.0, 0.5),
-        upper_size=(0.8, 0.8, 0.5),
-    )
-    push = (0.004 if options.get("friction") else 0.0, 0.0, -0.02)
-
-    def clamped(V, scene):
-        top = fix(V, scene, "top", value=lambda x: np.tile(push, (len(x), 1)))
-        return [fix(V, scene, "bottom"), top]
-
-    options.setdefault("E", 10.0)
-    return build(scene, degree, "neo-hookean", bcs=held or clamped, **options)
-
-
-def solved(problem, options, solver=SNESSolver):
-    """The solver, after its solve, and the Krylov iterations of each of its systems."""
-    one, steps = solver(problem.problem, options), []
-    one.krylov_solver.setMonitor(lambda ksp, i, norm: steps.append(i))
-    tolerate(one, rtol=1e-11)
-    one.solve()
-    return one, [a for a, b in zip(steps, [*steps[1:], 0]) if b == 0]
-
-
-def unknowns(problem):
-    return problem.problem.start().array.copy()
+# Blocks of each tangent, whose iterations are those of the preconditioner as it is
+ANEW = solvers.iterative("bodies", bodies_most=-1)
 
 
 def alone(problem, rtol=1e-8):
@@ -159,10 +126,7 @@ def test_contact_takes_the_iterations_of_its_bodies(cell, degree, method, fricti
 
 
 def test_refinement_adds_no_iterations():
-    options = solvers.iterative("bodies")
-    counts = [
-        max(solved(blocks(n=n, friction=Coulomb(0.3)), options)[1]) for n in (1, 2)
-    ]
+    counts = [max(solved(blocks(n=n, friction=Coulomb(0.3)), ANEW)[1]) for n in (1, 2)]
     assert counts[1] <= counts[0] + 2
 
 
@@ -187,11 +151,7 @@ def test_ranks_take_the_iterations_of_one(degree, method, friction):
 def test_gamma_does_not_count(factor):
     gamma = blocks().contact.gamma
     counts = [
-        max(
-            solved(blocks(method=AugmentedLagrangian(g)), solvers.iterative("bodies"))[
-                1
-            ]
-        )
+        max(solved(blocks(method=AugmentedLagrangian(g)), ANEW)[1])
         for g in (gamma, factor * gamma)
     ]
     assert counts[1] <= counts[0] + 2
@@ -201,8 +161,7 @@ def test_gamma_does_not_count(factor):
 @pytest.mark.parametrize("factor", [0.01, 100.0])
 def test_stiff_and_soft_penalties(factor):
     counts = [
-        max(solved(blocks(method=Penalty(k)), solvers.iterative("bodies"))[1])
-        for k in (200.0, factor * 200.0)
+        max(solved(blocks(method=Penalty(k)), ANEW)[1]) for k in (200.0, factor * 200.0)
     ]
     assert counts[1] <= counts[0] + 3
 
