@@ -18,6 +18,8 @@ TOOL_PACKAGES=(g++ cmake ninja-build ccache pkgconf libeigen3-dev pybind11-dev
 PYTHON_PACKAGES=(python3-dolfinx python3-dolfinx-real python3-petsc4py-real
   python3-gmsh python3-h5py python3-matplotlib python3-pytest python3-pytest-xdist
   python3-scipy)
+# Tests that need them skip without them: installed where apt can
+OPTIONAL_PACKAGES=(python3-dolfinx-mpc)
 
 note() { printf -- '-- %s\n' "$*" >&2; }
 
@@ -49,7 +51,14 @@ find_missing_packages() {
   local wanted=("${TOOL_PACKAGES[@]}") name version status
   local -A installed=()
   # An interpreter of the user's own brings its own dolfinx and PETSc
-  [[ -n ${RAYMORTAR_PYTHON:-} ]] || wanted+=("${PYTHON_PACKAGES[@]}")
+  if [[ -z ${RAYMORTAR_PYTHON:-} ]]; then
+    wanted+=("${PYTHON_PACKAGES[@]}")
+    for name in "${OPTIONAL_PACKAGES[@]}"; do
+      if is_installed "$name" || { can_be_root && apt_can_install "$name"; }; then
+        wanted+=("$name")
+      fi
+    done
+  fi
   while read -r name version status; do
     [[ $status == installed ]] || continue
     installed[$name]=1
@@ -69,6 +78,15 @@ as_root() {
   else
     sudo -n "$@"
   fi
+}
+
+is_installed() {
+  [[ $(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null) == installed ]]
+}
+
+# Whether apt knows a package and all that it needs, without installing it
+apt_can_install() {
+  apt-get -q -s install --no-install-recommends "$1" >/dev/null 2>&1
 }
 
 can_be_root() {
@@ -125,6 +143,12 @@ ensure_packages() {
   apt_install "${MISSING[@]}"
   INVENTORY=
   find_missing_packages
+  # Optional ones, which apt may know of only since its list was brought up to date
+  if ((${#MISSING[@]})); then
+    apt_install "${MISSING[@]}"
+    INVENTORY=
+    find_missing_packages
+  fi
 }
 
 # Prints the interpreter to use: real dolfinx, not the first python3 there is

@@ -124,25 +124,19 @@ def held_at(V: Any, point: Any, component: int, value: Any = 0.0) -> Any:
     return fem.dirichletbc(held, dofs, V.sub(component))
 
 
-def mean_dilatation(
-    scene: Scene, u: Any, E: Any, nu: float, times: float = 1.0, minus: Any = None
-) -> Any:
+def mean_dilatation(scene: Scene, u: Any, E: Any, nu: float) -> Any:
     """Residual of linear elasticity of hexahedra with the dilatation of each at its
     middle, elements whose volumetric strain is a mean (B-bar), and its derivative.
 
-    The strain is that of ``times u - minus``. In a sum of two rules FFCx 0.5 takes a
-    coefficient of the first for that of the second: there it is another Function with the
-    same vector.
+    In a sum of two rules FFCx 0.5 takes a coefficient of the first for that of the second:
+    there it is another Function with the same vector.
     """
     modulus, V = cellwise(scene, E), u.function_space
     mu, bulk = modulus / (2 * (1 + nu)), modulus / (3 * (1 - 2 * nu))
     same, v = fem.Function(V, u.x), ufl.TestFunction(V)
-    w, w_same = times * u, times * same
-    if minus is not None:
-        w, w_same = w - minus, w_same - fem.Function(V, minus.x)
-    shear = 2 * mu * ufl.inner(ufl.dev(ufl.sym(ufl.grad(w))), ufl.sym(ufl.grad(v)))
+    shear = 2 * mu * ufl.inner(ufl.dev(ufl.sym(ufl.grad(u))), ufl.sym(ufl.grad(v)))
     F = shear * ufl.dx(degree=3)
-    F += bulk * ufl.div(w_same) * ufl.div(v) * ufl.dx(degree=1)
+    F += bulk * ufl.div(same) * ufl.div(v) * ufl.dx(degree=1)
     return F, ufl.derivative(F, u) + ufl.derivative(F, same)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
 import periodic
 import pytest
 from periodic import Cell
-from petsc4py import PETSc
+from scipy.sparse import identity
 from tangents import remainders_in_petsc
 
 from raymortar import AugmentedLagrangian, ContactError, Penalty, SetUpError
@@ -97,6 +99,26 @@ def faulty(change):
     return one, T.tocsr()
 
 
+def _slave(T):
+    """The first dof that is a slave."""
+    return int(np.flatnonzero(T.diagonal() == 0.0)[0])
+
+
+@pytest.mark.mpi
+def test_complex_and_broken_entries_are_refused_on_all_ranks():
+    """Also where one rank alone has the row."""
+    one = Cell("quadrilateral", 1, POINTS, 0.3, held=None, n=4)
+    index_map = one.V.dofmap.index_map
+    size, (begin, end) = 2 * index_map.size_global, 2 * np.array(index_map.local_range)
+    T = identity(size, format="lil")
+    with pytest.raises(ContactError, match="constraints has complex entries"):
+        one.remake(T.tocsr().astype(complex))
+    if begin == 0 < end:
+        T[0, size - 1] = np.inf
+    with pytest.raises(ContactError, match="constraints has the entry inf in row 0"):
+        one.remake(T.tocsr())
+
+
 def test_constraints_that_cannot_hold_are_refused():
     def empty(T, one):
         T[0] = 0.0
@@ -120,7 +142,15 @@ def test_constraints_that_cannot_hold_are_refused():
             T[2 * right + k] = 0.0
             T[2 * right + k, 2 * above + k] = 1.0
 
+    def broken(T, one):
+        T[_slave(T), 0] = np.nan
+
+    def own(T, one):
+        T[_slave(T), _slave(T)] = 0.5
+
     for change, kind, text in (
+        (broken, ContactError, "constraints has the entry nan in row"),
+        (own, ContactError, "row .* of constraints has 0.5 on the diagonal, .* 1 and"),
         (empty, ContactError, "row 0 of constraints is empty"),
         (chained, SetUpError, "masters that are slaves"),
         (prescribed, SetUpError, "slaves that bcs prescribe"),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 from mpi4py import MPI
 
 import numpy as np
@@ -15,10 +17,14 @@ from meshes.meshing import assemble_blocks
 from raymortar import (
     Checkpoint,
     ContactError,
+    ContactWarning,
+    ConvergenceError,
     History,
     LoadSteps,
     NonlinearProblem,
     Pretension,
+    SNESSolver,
+    rigid,
     tools,
 )
 
@@ -128,6 +134,62 @@ def test_one_newton_step_solves_a_linear_problem():
         assert found[0] <= 1e-11 * b.norm()
 
 
+@pytest.mark.mpi
+@pytest.mark.parametrize("extrapolate", [None, True, False])
+def test_a_lock_in_the_middle_of_a_path_stays(extrapolate):
+    """Also where a step starts from where the last ones lead, or is halved."""
+    bars = Bars("quadrilateral")
+
+    def load(t):
+        if t <= 0.5:
+            bars.tighten(2.0 * t)
+        elif not bars.bolt.is_locked:
+            bars.bolt.lock()
+        bars.end.value[0] = 0.02 * max(t - 0.5, 0.0)
+
+    solver = bars.problem.snes_solver
+    LoadSteps(solver, load, 4, extrapolate=extrapolate).run()
+    assert bars.bolt.is_locked
+    expected = FORCE + bars.stiffness * 0.01 / 2.0
+    np.testing.assert_allclose(bars.bolt.tension(), expected, TOLERANCE)
+
+
+def test_a_lock_of_a_step_that_fails_ends_with_it():
+    """The halved step tightens on, as its load factor says."""
+    bars, asked = Bars("quadrilateral"), []
+
+    class Fails(SNESSolver):
+        def solve(self, u=None):
+            asked.append(bars.bolt.is_locked)
+            if asked == [True]:
+                raise ConvergenceError("for this test")
+            return super().solve(u)
+
+    def load(t):
+        if t < 0.9:
+            bars.tighten(t)
+        elif not bars.bolt.is_locked:
+            bars.bolt.lock()
+
+    solver = Fails(bars.problem)
+    assert LoadSteps(solver, load, 1, strategy="halve").run()[-1].halvings == 1
+    assert asked == [True, False, True]
+    np.testing.assert_allclose(bars.bolt.tension(), 0.5 * FORCE, TOLERANCE)
+
+
+@pytest.mark.mpi
+def test_results_before_a_solve_are_told_of():
+    for name in ("tension", "resultant"):
+        bars = Bars("quadrilateral")
+        with pytest.warns(ContactWarning, match="nothing has been solved yet"):
+            getattr(bars.bolt, name)()
+    bars.problem.solve()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ContactWarning)
+        bars.bolt.tension()
+        bars.bolt.resultant()
+
+
 def test_a_checkpoint_keeps_the_lock(folder):
     bars = Bars("quadrilateral")
     LoadSteps(bars.problem.snes_solver, bars.tighten, 1).run()
@@ -141,11 +203,14 @@ def test_a_checkpoint_keeps_the_lock(folder):
 
 
 def test_what_cannot_be_is_refused():
+    body = rigid.Body(rigid.Plane((LENGTH, 0.0), (-1.0, 0.0)), name="head")
     for kwargs, text in (
         ({"axis": (0.0, 1.0)}, "runs along the faces"),
         ({"axis": (0.0, 0.0)}, "axis is zero"),
         ({"axis": (1.0, 0.0, 0.0)}, "not in the space of the mesh"),
         ({"faces": (CUT_A,)}, "two faces of a cut"),
+        ({"faces": (CUT_A, body)}, "faces = .* must be the tags or names of two faces"),
+        ({"faces": (body, CUT_A)}, "faces = .* must be the tags or names of two faces"),
     ):
         with pytest.raises(ContactError, match=text):
             Bars("quadrilateral", **kwargs)

@@ -70,6 +70,13 @@ def slaves_of(given: Any, system: Any) -> Slaves:
     masters = np.concatenate([np.empty(0, dtype=np.int64), *links]).astype(np.int64)
     numbers = index_map.local_to_global((masters // bs).astype(np.int32))
     values = [coefficients[offsets[s] : offsets[s + 1]] for s in slaves]
+    start = bs * index_map.local_range[0]
+    _check_entries(
+        system.comm,
+        start + np.repeat(slaves, counts),
+        masters,
+        np.concatenate([np.empty(0), *values]),
+    )
     columns = system.layout.coupled_columns(bs * numbers + masters % bs, k)
     first = system.layout.begin + int(system.unknowns.owned_starts[k])
     return Slaves(
@@ -90,6 +97,20 @@ def _function_of(V: Any, unknowns: Any) -> int:
         f"constraints is of the space of none of the unknowns [{names}]: make it with "
         "that of one of them"
     )
+
+
+def _check_entries(comm: Any, rows: Global, columns: Global, values: Array) -> None:
+    """Raise for entries that are complex or not finite. Collective."""
+    with together(comm):
+        if np.iscomplexobj(values):
+            raise ContactError("constraints has complex entries: give it real ones")
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if len(wrong):
+            k = int(wrong[0])
+            raise ContactError(
+                f"constraints has the entry {values[k]} in row {rows[k]}, column "
+                f"{columns[k]}: give it finite ones"
+            )
 
 
 def _of_matrix(T: Any, system: Any) -> Slaves:
@@ -118,8 +139,10 @@ def _of_matrix(T: Any, system: Any) -> Slaves:
     rows = np.repeat(np.arange(n), np.diff(offsets))
     columns, used = np.asarray(columns, dtype=np.int64), values != 0.0
     rows, columns, values = rows[used], columns[used], np.asarray(values)[used]
+    _check_entries(system.comm, begin + rows, columns, values)
     counts = np.bincount(rows, minlength=n)
-    is_one = (columns == begin + rows) & (values == 1.0)
+    on_diagonal = columns == begin + rows
+    is_one = on_diagonal & (values == 1.0)
     free = np.zeros(n, dtype=bool)
     free[rows[is_one & (counts[rows] == 1)]] = True
     with together(system.comm):
@@ -128,6 +151,14 @@ def _of_matrix(T: Any, system: Any) -> Slaves:
             raise ContactError(
                 f"row {at} of constraints is empty: prescribe a zero by bcs, and give each "
                 "other dof a row"
+            )
+        own = on_diagonal & ~free[rows]
+        if np.any(own):
+            k = int(np.flatnonzero(own)[0])
+            raise ContactError(
+                f"row {begin + rows[k]} of constraints has {values[k]:.6g} on the diagonal, "
+                "as if a slave had itself for a master: the row of a slave has its masters "
+                "alone, that of any other dof 1 and nothing else"
             )
     mine = ~free[rows]
     found = layout.coupled_columns(columns[mine])

@@ -36,13 +36,16 @@ class Energy:
         of the steps, and on round surfaces of the facets too.
     external
         Work of loads and supports so far. Without a functional the stresses count as
-        loads.
+        loads. Dampers of free rigid bodies are loads.
+    dissipated
+        Energy that the damping of `Inertia` has taken so far.
     """
 
     kinetic: float
     elastic: float | None
     contact: float
     external: float
+    dissipated: float = 0.0
 
     @property
     def total(self) -> float:
@@ -77,11 +80,12 @@ class Account:
         self._comm, self._of_u = layout.comm, unknowns.u_owned
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
         # On the state that was solved for
-        kinds = "forces of forms", "forces of contact", "forces of inertia"
-        self._forces = [motion.functions(kind) for kind in kinds]
+        kinds = ["forms", "contact", "inertia"] + ["damping"] * motion.inertia.is_damped
+        self._forces = [motion.functions(f"forces of {kind}") for kind in kinds]
         # Work of contact, and of loads and supports, up to the state that was solved for
         # and up to the end of the step; and of both on rigid bodies
         self._work, self._shown, self._of_bodies = np.zeros((3, 2))
+        self._dissipated = np.zeros(1)
         self.was_read = False
         # Stored energy of the state that was solved for, and at the end of the step
         self._solved = np.zeros(0)
@@ -108,7 +112,9 @@ class Account:
         """Begin at the present state; return all forces without inertia, (n,).
         Collective."""
         of_form, of_contact = self.static()
-        self._set_rows(np.array([of_form, of_contact, np.zeros_like(of_form)]))
+        rows = np.zeros((len(self._forces), len(of_form)))
+        rows[:2] = of_form, of_contact
+        self._set_rows(rows)
         self._elastic = self._stored_then = self._stored()
         self._push[:] = self._pushes()
         self._solved = self._problem.contact.unknowns.owned_values()
@@ -117,6 +123,9 @@ class Account:
     def set_begin(self, inertia: Array) -> None:
         """Take the forces of inertia, (n,), that motion starts with. Collective."""
         self._motion.set(self._forces[2], inertia)
+        for of in self._forces[3:]:
+            velocity = self._motion.values(self._motion.velocity)
+            self._motion.set(of, self._motion.inertia.damped(velocity))
         self.now = self._energies(self._motion.values(self._motion.velocity))
 
     def go_on(self, solved: Array) -> bool:
@@ -136,6 +145,8 @@ class Account:
                 yield of_function(f.name, f)
         yield of_array("works", self._work)
         yield of_array("works on bodies", self._of_bodies)
+        if self._motion.inertia.is_damped:
+            yield of_array("dissipated", self._dissipated)
         yield of_array("impulses", self._impulse)
         yield of_array("pushes", self._push)
 
@@ -153,7 +164,7 @@ class Account:
 
     @property
     def _rows(self) -> Array:
-        """Forces of forms, contact and inertia, (3, n)."""
+        """Forces of forms, contact, inertia and, if there is any, damping, (3 or 4, n)."""
         return np.array([self._motion.values(of) for of in self._forces])
 
     def _set_rows(self, rows: Array) -> None:
@@ -176,6 +187,9 @@ class Account:
         """Add the solved step, and take its end. Collective."""
         of_form, of_contact = self.static()
         rows = np.array([of_form, of_contact, self._motion.inertia_now()])
+        if self._motion.inertia.is_damped:
+            rows = np.vstack([rows, self._motion.damping_now()])
+            self._dissipated += self._taken(rows[3], end)
         pushes, gamma = self._pushes(), self._motion.scheme.gamma
         # A step's work is that between the states which are solved for, by the mean of
         # the forces in both: values without mass know no others
@@ -190,11 +204,19 @@ class Account:
         self._solved, self._stored_then = end.solved, stored
         self._finish(end)
 
+    def _taken(self, new: Array, end: End) -> float:
+        """Work that damping takes in a step with forces (n,) where it was solved
+        [theory (6.21)]."""
+        mean = new
+        if not isinstance(self._motion.scheme, Midpoint):
+            mean = 0.5 * (new + self._motion.values(self._forces[3]))
+        return float(self._comm.allreduce(mean @ (end.u - self._motion.begun)))
+
     def _works(
         self, rows: Array, change: Array, new: float | None, old: float | None
     ) -> Array:
-        """Work of contact, and of loads and supports, by forces (3, n) on the way of a
-        change (n,), between two values of the stored energy."""
+        """Work of contact, and of loads and supports, by the rows of forces on the way of
+        a change (n,), between two values of the stored energy."""
         on_supports = np.where(self._problem.prescribed, rows.sum(axis=0), 0.0)
         works = [-rows[1] @ change, (on_supports - rows[0]) @ change]
         of_contact, of_others = self._comm.allreduce(np.array(works))
@@ -234,7 +256,8 @@ class Account:
     def _energies(self, v: Array) -> Energy:
         """Energies with velocities, (n,)."""
         kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
-        return Energy(kinetic, self._elastic, *self._shown.tolist())
+        works = *self._shown.tolist(), *self._dissipated.tolist()
+        return Energy(kinetic, self._elastic, *works)
 
     # Columns
 
@@ -262,6 +285,8 @@ class Account:
             "contact_work": lambda: self.now.contact,
             "external_work": lambda: self.now.external,
         }
+        if self._motion.inertia.is_damped:
+            found["dissipated"] = lambda: self.now.dissipated
         if self._energy is not None:
             found["elastic"] = lambda: float(self.now.elastic or 0.0)
         axes = "xyz"[: self._d]

@@ -14,7 +14,6 @@ from dolfinx.fem import Function
 from ..core import compat
 from ..core.compat import Array, Mask
 from ..core.contact import Contact, one_or_several
-from ..core.discretization.forms import check_form
 from ..core.discretization.ranks import destroy
 from ..core.errors import (
     ContactError,
@@ -27,8 +26,8 @@ from ..core.errors import (
 )
 from ..core.gamma.probing import product
 from ..core.system.entries import without_zeros
-from ..solvers.kept_forms import Inputs, inputs_of
-from .massless import RULES, coupled_mass, replacement
+from .massless import RULES, replacement
+from .nodal_forms import NodalForms
 
 MASSES = (*RULES, "consistent")
 # Share of the largest mass of an unknown up to which a negative one is rounding
@@ -38,7 +37,7 @@ LOST = 0.1
 
 
 class Inertia:
-    """Inertia r_I(a) of the bodies, as Q^T r_I(Q a). Collective.
+    """Inertia r_I(a) of the bodies, as Q^T r_I(Q a), and their damping. Collective.
 
     Q replaces the value of each node of a contact surface by values of nodes off the
     surface, so that these nodes have no mass. Implicit schemes then keep the energy of
@@ -58,6 +57,11 @@ class Inertia:
         pressure; the mass is exact. ``"affine"``: nodes from which affine fields
         extrapolate; mass, centre and inertia tensor are exact. ``"consistent"``: Q is
         the identity.
+    damping
+        Bilinear form of the velocity and a test function, such as Rayleigh's ``alpha *
+        rho * ufl.inner(w, v) * ufl.dx + beta * ufl.inner(sigma(w), eps(v)) * ufl.dx``
+        with a trial function ``w``, by unknown as `form`. Its values at a velocity are
+        forces that oppose it, as Q^T r_D(Q w) [theory (6.20)]. None: no damping.
 
     Attributes
     ----------
@@ -67,16 +71,17 @@ class Inertia:
     Raises
     ------
     ContactError
-        If the form is none in the displacement's space.
+        If a form is none in the displacement's space, or has complex values.
     SetUpError
-        At the first use: if the form gives some unknown a negative mass, or if a body is
-        too thin for nodes off its contact surfaces.
+        At the first use: if the form gives some unknown a negative mass, if a body is
+        too thin for nodes off its contact surfaces, if what moves is damped and has no
+        mass, or if a form depends on the unknowns.
 
     Notes
     -----
     Nodes of slave and master surfaces of contacts have no mass, of ties those of the
-    slaves. The matrix Q^T M Q is assembled when it is first needed, and again where
-    Constants or Functions in the form have changed.
+    slaves. The matrices are assembled when they are first needed, and again where
+    Constants or Functions in the forms have changed.
     """
 
     def __init__(
@@ -84,66 +89,54 @@ class Inertia:
         form: ufl.Form | Sequence[ufl.Form | None],
         contact: Contact | Sequence[Contact],
         mass: str = "nearest",
+        damping: ufl.Form | Sequence[ufl.Form | None] | None = None,
     ) -> None:
         self.contact = one_or_several(contact)
-        comm = self.contact.unknowns.comm
-        with together(comm):
-            self._forms = list(form) if isinstance(form, (list, tuple)) else [form]
+        unknowns = self.contact.unknowns
+        with together(unknowns.comm):
             self.mass = choice("mass", mass, MASSES)
-            self._check()
-        require_agreement(comm, mass=mass, forms=len(self._forms))
-        self._compiled = [compat.form(one) for one in self._forms]
-        self._inputs = Inputs(*inputs_of(self._forms), [])
+            self._mass = NodalForms("form", "acceleration", form, unknowns)
+            self._damping = None
+            if damping is not None:
+                self._damping = NodalForms("damping", "velocity", damping, unknowns)
+        require_agreement(
+            unknowns.comm, mass=mass, damping=damping is not None,
+            forms=[len(one.forms) for one in self._all],
+        )  # fmt: skip
+        for one in self._all:
+            one.compile()
         self._at: tuple[int, ...] = ()
-        self._M: Any = None  # Q^T M Q from the first use on, as `_Q`
         self._Q: Any = None
-        self._free: Any = None
-        self._fixed: Mask = np.zeros(0, dtype=bool)
         # Unknowns that conditions prescribe where a path begins
         self._held: Mask | None = None
         self._moving = 1.0  # mass of the others, over that with a consistent mass
-        self.revision = 0
+
+    @property
+    def _all(self) -> list[NodalForms]:
+        return [self._mass] + ([] if self._damping is None else [self._damping])
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether there is a form of damping."""
+        return self._damping is not None
+
+    @property
+    def revision(self) -> int:
+        """Number of matrices so far."""
+        return sum(one.revision for one in self._all)
 
     def __repr__(self) -> str:
-        return f"<Inertia with mass {self.mass!r}, {len(self._forms)} forms>"
-
-    def _check(self) -> None:
-        """Raise unless each form is bilinear in one space."""
-        wanted = (
-            "a bilinear form in trial and test function of the displacement's space"
+        damped = " and damping" * self.is_damped
+        return (
+            f"<Inertia with mass {self.mass!r}, {len(self._mass.forms)} forms{damped}>"
         )
-        if all(one is None for one in self._forms):
-            raise ContactError(f"form must be {wanted}")
-        for one in self._forms:
-            if one is not None:
-                check_form("form", one, 2, wanted)
-                V, W = (argument.ufl_function_space() for argument in one.arguments())
-                if not compat.is_same_space(V, W):
-                    raise ContactError(f"form must be {wanted}, not of two spaces")
-
-    def _check_unknowns(self) -> None:
-        """Raise unless there is a form for each unknown, in its space."""
-        functions = self.contact.unknowns.functions
-        if len(self._forms) != len(functions):
-            raise ContactError(
-                f"inertia has {len(self._forms)} forms for {len(functions)} unknowns: "
-                "give a list with one for each, None for what has no inertia"
-            )
-        for one, f in zip(self._forms, functions):
-            if one is not None:
-                V, space = one.arguments()[0].ufl_function_space(), f.function_space
-                if not compat.is_same_space(V, space):
-                    raise ContactError(
-                        f"the form of inertia is not in the space of {f.name}, which "
-                        "the problem solves for"
-                    )
 
     def begin(self, fixed: Mask) -> None:
         """Take the owned unknowns that conditions prescribe where a path begins, (n,),
         and warn of mass that they hold. Collective."""
         if self._held is None or self._comm_any(self._held != fixed):
-            self._held, self._M = fixed.copy(), None
-        _ = self.matrix
+            self._held, self._at = fixed.copy(), ()
+        self._renew()
         if self._moving < (1.0 - LOST):
             warn(
                 f'mass="{self.mass}" puts {1.0 - self._moving:.2g} of the mass that is '
@@ -159,22 +152,42 @@ class Inertia:
     @property
     def matrix(self) -> PETSc.Mat:
         """Q^T M Q over the rows of the coupled unknowns. Mass. Collective."""
+        self._renew()
+        return self._mass.matrix
+
+    @property
+    def damping_matrix(self) -> PETSc.Mat | None:
+        """Q^T C Q over the rows of the coupled unknowns; None: no damping. Mass per
+        time. Collective."""
+        self._renew()
+        return None if self._damping is None else self._damping.matrix
+
+    def _renew(self) -> None:
+        """Assemble matrices whose forms, rows or held unknowns have changed."""
         layout = self.contact.layout
         at = (*layout.ranges.tolist(), layout.n)
-        changed = self._inputs.have_changed() or at != self._at or self._M is None
-        if layout.comm.allreduce(int(changed)):
+        changed = np.array([one.have_changed() for one in self._all])
+        changed |= at != self._at
+        changed = layout.comm.allreduce(changed.astype(np.int32)) > 0
+        if changed[0]:
             self._at = at
-            self._assemble()
-        return self._M
+            self._assemble_mass()
+        if self._damping is not None and changed.any():
+            self._assemble_damping(self._damping)
 
-    def _assemble(self) -> None:
-        """Assemble Q^T M Q."""
+    def _fixed(self) -> Mask:
+        """Whether conditions prescribe an owned unknown where a path begins, (rows,)."""
+        fixed = np.zeros(self.contact.layout.size, dtype=bool)
+        if self._held is not None:
+            fixed[: len(self._held)] = self._held
+        return fixed
+
+    def _assemble_mass(self) -> None:
+        """Assemble Q^T M Q, and Q."""
         layout = self.contact.layout
-        with together(layout.comm):
-            self._check_unknowns()
-        destroy(self._M, self._Q, self._free)
-        self._free = self._Q = None
-        M = coupled_mass(layout, self._compiled)
+        M = self._mass.assembled(layout)
+        destroy(self._Q)
+        self._Q = None
         diagonal = M.getDiagonal()
         least, most = diagonal.min()[1], diagonal.max()[1]
         diagonal.destroy()
@@ -184,38 +197,44 @@ class Inertia:
                 "the density rho of rho * inner(a, v) must not be negative"
             )
         if self.mass != "consistent":
-            fixed = np.zeros(layout.size, dtype=bool)
-            if self._held is not None:
-                fixed[: len(self._held)] = self._held
+            fixed = self._fixed()
             self._Q = replacement(self.contact, layout, M, self.mass, fixed)
             whole = M.ptap(self._Q)
             self._moving = _share_of_free(M, whole, fixed)
             M.destroy()
             M = whole
-        self._M = without_zeros(M)
+        self._mass.set(without_zeros(M))
         M.destroy()
-        self.revision += 1
 
-    def between_free(self, fixed: Mask) -> PETSc.Mat:
-        """Entries of the matrix between owned unknowns that are not `fixed`, zero
-        elsewhere. Collective."""
-        _, layout = self.matrix, self.contact.layout
-        anew = self._free is None or not np.array_equal(fixed, self._fixed)
-        if layout.comm.allreduce(int(anew)):
-            destroy(self._free)
-            self._free, self._fixed = self.only_between(~fixed), fixed.copy()
-            self.revision += 1
-        return self._free
+    def _assemble_damping(self, damping: NodalForms) -> None:
+        """Assemble Q^T C Q."""
+        C = damping.assembled(self.contact.layout)
+        if self._Q is not None:
+            C, plain = C.ptap(self._Q), C
+            plain.destroy()
+        damping.set(without_zeros(C))
+        C.destroy()
+        n = self.contact.layout.n
+        is_damped = damping.diagonal(n) != 0.0
+        alone = is_damped & ~(self._mass.diagonal(n) > 0.0) & ~self._fixed()[:n]
+        if self._comm_any(alone):
+            raise SetUpError(
+                "damping acts on unknowns without mass, which have no velocity of their "
+                "own: give their bodies a density, or leave damping out of them"
+            )
+
+    def between_free(self, fixed: Mask) -> list[PETSc.Mat]:
+        """Entries of the mass, and of the damping if there is one, between owned unknowns
+        that are not `fixed`, zero elsewhere. Collective."""
+        self._renew()
+        comm = self.contact.layout.comm
+        return [one.between_free(fixed, comm) for one in self._all]
 
     def only_between(self, chosen: Mask) -> PETSc.Mat:
-        """Copy the entries of the matrix between chosen owned unknowns, and set the
-        others to zero. Collective."""
-        found = self.matrix.copy()
-        mark = found.createVecRight()
-        mark.array[: len(chosen)] = chosen
-        found.diagonalScale(mark, mark)
-        mark.destroy()
-        return found
+        """Copy the entries of the mass between chosen owned unknowns, and set the others
+        to zero. Collective."""
+        self._renew()
+        return self._mass.only_between(chosen)
 
     @property
     def is_massive(self) -> Mask:
@@ -225,10 +244,15 @@ class Inertia:
     def diagonal(self) -> Array:
         """Diagonal of the matrix at the owned unknowns of the forms, (n,). Mass.
         Collective."""
-        diagonal = self.matrix.getDiagonal()
-        found: Array = diagonal.array_r[: self.contact.layout.n].copy()
-        diagonal.destroy()
-        return found
+        self._renew()
+        return self._mass.diagonal(self.contact.layout.n)
+
+    def damping_diagonal(self) -> Array:
+        """Diagonal of the damping matrix at the owned unknowns of the forms, (n,), zero
+        without one. Mass per time. Collective."""
+        self._renew()
+        n = self.contact.layout.n
+        return np.zeros(n) if self._damping is None else self._damping.diagonal(n)
 
     # Products
 
@@ -236,6 +260,14 @@ class Inertia:
         """Multiply Q^T M Q with values of the owned unknowns of the forms, (n,).
         Collective."""
         return product(self.matrix, values)[: len(values)]
+
+    def damped(self, velocity: Array) -> Array:
+        """Forces of damping at velocities of the owned unknowns of the forms, (n,): Q^T C
+        Q times them, zero without damping. Collective."""
+        C = self.damping_matrix
+        if C is None:
+            return np.zeros(len(velocity))
+        return product(C, velocity)[: len(velocity)]
 
     def smooth(self, values: Array) -> Array:
         """Replace values of massless nodes by those that stand for them: Q times values

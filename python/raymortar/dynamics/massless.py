@@ -187,7 +187,7 @@ def _used(found: Array, others: Array, d: int) -> tuple[Array, Indices]:
     return found[used], others[used, 3 + d :].astype(PETSc.IntType)
 
 
-def coupled_mass(layout: CoupledRows, forms: Any) -> PETSc.Mat:
+def coupled_matrix(layout: CoupledRows, forms: Any) -> PETSc.Mat:
     """Assemble compiled bilinear forms, None for zero, over the coupled rows.
 
     Collective.

@@ -20,7 +20,14 @@ from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_function
 from ..core.terms import Term
 from .inertia import Inertia, owned_values
-from .schemes import GeneralizedAlpha, Midpoint, Scheme, StepEquation, end_of_step
+from .schemes import (
+    GeneralizedAlpha,
+    Midpoint,
+    Scheme,
+    StepEquation,
+    end_of_step,
+    velocity_in_step,
+)
 
 # Tolerance of initial accelerations, and of static balances
 EXACT = 1e-14
@@ -54,17 +61,19 @@ class Motion:
     ----------
     velocity, acceleration, static, middle
         Functions in the spaces of the unknowns: v and a at the accepted step, forces
-        without inertia there (`GeneralizedAlpha`), and the middle of the last step
+        without inertia there, damping included (`GeneralizedAlpha`), and the middle of the last step
         (`Midpoint`).
     equation
         Equation of the step that was begun.
     dt, last
         Size of the step that was begun, and of the accepted one before (0: none).
+    rate
+        Derivative of the velocity in the step that was begun by the unknowns.
     begun
         Owned unknowns at the accepted step, (n,).
     unit_forces
-        Force of inertia that a unit of each owned unknown takes alone in the step that
-        was begun, (n,).
+        Force of inertia and damping that a unit of each owned unknown takes alone in the
+        step that was begun, (n,).
     fastest
         Largest norm of velocities so far, by `size`.
     was_read
@@ -79,8 +88,8 @@ class Motion:
         self.static = self.functions("static forces")
         self.middle = self.functions("middle")
         self.equation = StepEquation(0.0, 0.0, 0.0, 0.0, 0.0)
-        self.dt = self.last = self.fastest = 0.0
-        self._shift = self.begun = self.unit_forces = np.zeros(0)
+        self.dt = self.last = self.fastest = self.rate = 0.0
+        self._shift = self._drift = self.begun = self.unit_forces = np.zeros(0)
         self.was_read = False
 
     def functions(self, name: str) -> list[Function]:
@@ -139,12 +148,14 @@ class Motion:
         self.set(self.velocity, self.inertia.smooth(values))
 
     def set_acceleration(self, static: Array, fixed: Mask) -> None:
-        """Find the accelerations that motion starts with, from forces without inertia,
-        (n,), where unknowns are not prescribed [theory (6.8)]. Collective."""
+        """Find the accelerations that motion starts with, from forces without inertia
+        and damping, (n,), where unknowns are not prescribed [theory (6.8)]. Collective.
+        """
         comm, n = self._unknowns.comm, len(static)
         massive = self.inertia.is_massive & ~fixed
         # Forces on massless nodes are passed on, so that no momentum is lost
         pushed = self.inertia.gather(np.where(fixed, 0.0, -static))
+        pushed -= self.inertia.damped(self.values(self.velocity))
         # Singular, but nothing pushes where it is: there a stays zero
         A = self.inertia.only_between(massive)
         x, b = A.createVecs()
@@ -166,16 +177,33 @@ class Motion:
         Collective."""
         self.dt, self.equation = dt, self.scheme.equation(dt)
         one, self.begun = self.equation, self._unknowns.owned_values()
+        begun, v, a = self._begin()
+        self._shift = one.shift(begun, v, a)
+        self.rate, start = velocity_in_step(self.scheme, dt, v, a)
+        self._drift = start - self.rate * begun
         self.unit_forces = one.factor * self.inertia.diagonal()
-        self._shift = one.shift(*self._begin())
+        self.unit_forces += self.rate * self.inertia.damping_diagonal()
 
     def forces(self, values: Array) -> Array:
-        """Forces of inertia, and of accepted steps, at values of the owned unknowns,
-        (n,) [theory (6.6)]. Collective."""
+        """Forces of inertia, of damping and of accepted steps, at values of the owned
+        unknowns, (n,) [theory (6.6), (6.20)]. Collective."""
         found = self.inertia.times(self.equation.factor * values + self._shift)
+        found += self.damping(values)
         if self.equation.kept:
             found += self.equation.kept * self.values(self.static)
         return found
+
+    def damping(self, values: Array) -> Array:
+        """Forces of damping at values of the owned unknowns for which the step is
+        solved, (n,) [theory (6.20)]. Collective."""
+        if not self.inertia.is_damped:
+            return np.zeros(len(values))
+        return self.inertia.damped(self.rate * values + self._drift)
+
+    def damping_now(self) -> Array:
+        """Forces of damping at the present unknowns, for which the step was solved, (n,).
+        Collective."""
+        return self.damping(self._unknowns.owned_values())
 
     def inertia_now(self) -> Array:
         """Forces of inertia at the present unknowns, for which the step was solved,
@@ -214,7 +242,8 @@ class Motion:
             Whether conditions prescribe an owned unknown, and its value at the end of
             the step, (n,).
         """
-        self.set(self.static, -self.forces(end.solved))
+        solved = end.solved
+        self.set(self.static, self.damping(solved) - self.forces(solved))
         self.set(self.velocity, end.v)
         self.set(self.acceleration, end.a)
         if isinstance(self.scheme, Midpoint):
@@ -301,13 +330,13 @@ _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 
 
 class InertiaTerm(Term):
-    """Forces of inertia among the equations of a problem. Collective.
+    """Forces of inertia and damping among the equations of a problem. Collective.
 
     Attributes
     ----------
     tangent, revision
-        Sum of the kept tangent of linear forms and of inertia between free unknowns, and
-        the number of such sums so far, see `CoupledProblem.kept`.
+        Sum of the kept tangent of linear forms and of inertia and damping between free
+        unknowns, and the number of such sums so far, see `CoupledProblem.kept`.
     """
 
     spoken = "forces of inertia"
@@ -318,7 +347,9 @@ class InertiaTerm(Term):
         self._of: tuple[Any, ...] = ()
         self.revision = 0
         motion.inertia.begin(problem.prescribed)
-        problem.make_room_for(motion.inertia.matrix)
+        for M in (motion.inertia.matrix, motion.inertia.damping_matrix):
+            if M is not None:
+                problem.make_room_for(M)
 
     def acting(self) -> AbstractContextManager[None]:
         """Put inertia into the problem."""
@@ -326,36 +357,44 @@ class InertiaTerm(Term):
 
     @property
     def unit_forces(self) -> Array:  # type: ignore[override]
-        """Force of inertia that a unit of each owned unknown of the forms takes, (n,)."""
+        """Force of inertia and damping that a unit of each owned unknown of the forms
+        takes, (n,)."""
         return self._motion.unit_forces
 
     def residual(self, bcs: Sequence[Any], lacking: Lacking) -> Array:
-        """Forces of inertia where the unknowns meet the conditions, (n,)."""
+        """Forces of inertia and damping where the unknowns meet the conditions, (n,)."""
         unknowns = self._problem.contact.unknowns
         values = unknowns.owned_values() + unknowns.owned_part(lacking.increment)
         return self._motion.forces(values)
 
     def forces(self, bcs: Sequence[Any]) -> Array:
-        """Forces of inertia where the step was solved, (n,)."""
-        return self._motion.inertia_now()
+        """Forces of inertia and damping where the step was solved, (n,)."""
+        return self._motion.inertia_now() + self._motion.damping_now()
 
     def add_matrices(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """Add the derivative between free unknowns."""
-        A.axpy(self._motion.equation.factor, self._between_free(bcs), _PART)
+        for factor, M in self._parts(bcs):
+            A.axpy(factor, M, _PART)
 
-    def _between_free(self, bcs: Sequence[Any]) -> PETSc.Mat:
-        fixed = self._problem.contact.unknowns.owned_prescribed(bcs)
-        return self._motion.inertia.between_free(fixed)
+    def _parts(self, bcs: Sequence[Any]) -> list[tuple[float, PETSc.Mat]]:
+        """Mass and damping between free unknowns, each with its factor in the step."""
+        fixed, motion = (
+            self._problem.contact.unknowns.owned_prescribed(bcs),
+            self._motion,
+        )
+        found = motion.inertia.between_free(fixed)
+        return list(zip((motion.equation.factor, motion.rate), found))
 
     def keep(self, kept: Any) -> Any:
         """The keeper of the tangent with inertia: this object."""
         bcs = self._problem.bcs
         kept.renew(self._problem.contact.unknowns.owned_prescribed(bcs))
-        M, factor = self._between_free(bcs), self._motion.equation.factor
-        of = kept.revision, self._motion.inertia.revision, factor
+        parts = self._parts(bcs)
+        of = kept.revision, self._motion.inertia.revision, *(f for f, _ in parts)
         if of != self._of:
             destroy(self.tangent)
             self._of, self.tangent = of, kept.tangent.copy()
-            self.tangent.axpy(factor, M, _OTHER)
+            for factor, M in parts:
+                self.tangent.axpy(factor, M, _OTHER)
             self.revision += 1
         return self

@@ -109,9 +109,9 @@ class TimeSteps(LoadSteps):
         one for each: for `TimeStep.energy` and for the column ``elastic``.
     max_halvings, extrapolate, progress, history, strategy, output, on_accept, on_reject
         The same as for `LoadSteps`. The history gets columns ``kinetic``, ``elastic``,
-        ``contact_work``, ``external_work``, ``momentum_x``, ..., ``moment_of_momentum``
-        (in space with axes) about the origin, and ``impulse_0_x``, ...: of contact on
-        each slave surface so far.
+        ``contact_work``, ``external_work``, with damping ``dissipated``, ``momentum_x``,
+        ..., ``moment_of_momentum`` (in space with axes) about the origin, and
+        ``impulse_0_x``, ...: of contact on each slave surface so far.
 
     Attributes
     ----------

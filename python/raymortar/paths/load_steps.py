@@ -256,10 +256,13 @@ class LoadSteps:
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
+            # What `apply` sets of the state, such as the lock of a bolt, is of this step:
+            # its solves begin with it, and a halved step goes back before it
+            now = contact.state()
             with ExitStack() as seen:
                 try:
                     with speaker.during():
-                        iterations = self._solve(ways, before, last)
+                        iterations = self._solve(ways, now, last)
                     # All look at this state, which nothing changes until it is accepted
                     seen.enter_context(looking.at(contact.zones))
                     self._require_contact()

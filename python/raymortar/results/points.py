@@ -225,7 +225,7 @@ class Results:
         for part in self.parts:
             part.present.require_results()
 
-    def _warn_if_unsolved(self) -> None:
+    def warn_if_unsolved(self) -> None:
         """Warn once that nothing has been solved yet."""
         presents = [part.present for part in self.parts]
         unsolved = all(one.updates == one.updates_for_room for one in presents)
@@ -259,7 +259,7 @@ class Results:
         self, slave: int | str = 0, master: int | str | Body | None = None
     ) -> Resultant:
         """See `Contact.resultant`. Collective."""
-        self._warn_if_unsolved()
+        self.warn_if_unsolved()
         with together(self._comm):
             self._require_results()
             parts = chosen_parts(self.zones, self.pair_table, slave, master)
@@ -285,7 +285,7 @@ class Results:
 
     def resultants(self) -> list[Resultant]:
         """`resultant` of every pair, in the order of `pairs`. Collective."""
-        self._warn_if_unsolved()
+        self.warn_if_unsolved()
         self._require_results()
         return [self.of_pair(k) for k in range(len(self.pair_table.pairs))]
 
@@ -320,7 +320,7 @@ class Results:
         ContactError
             If no slave meets it.
         """
-        self._warn_if_unsolved()
+        self.warn_if_unsolved()
         with together(self._comm):
             self._require_results()
             if not any(body in zone.facets.bodies for zone in self.zones):

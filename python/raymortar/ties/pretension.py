@@ -20,6 +20,7 @@ from ..core.errors import (
     ContactError,
     direction,
     is_real_number,
+    is_whole_number,
     raise_everywhere,
     require_agreement,
     together,
@@ -33,6 +34,11 @@ from .tie import Tie
 
 # Least cosine between the axis and the mean normal of a face
 _ALONG = 0.5
+
+
+def _is_tag(given: Any) -> bool:
+    """Whether an argument is a tag or a name of facets, not a body."""
+    return isinstance(given, str) or is_whole_number(given)
 
 
 class OpeningTerm(Term):
@@ -249,7 +255,8 @@ class Pretension(Tie):
         names: Mapping[str, int | tuple[int, int]] | None = None,
         axisymmetric: bool = False,
     ) -> None:
-        if not (isinstance(faces, (tuple, list)) and len(faces) == 2):
+        is_pair = isinstance(faces, (tuple, list)) and len(faces) == 2
+        if not is_pair or not all(_is_tag(one) for one in faces):
             raise ContactError(
                 f"faces = {faces!r} must be the tags or names of two faces of a cut"
             )
@@ -323,6 +330,7 @@ class Pretension(Tie):
     def tension(self) -> float:
         """Force in the shank. Collective."""
         self._require_problem()
+        self.results.warn_if_unsolved()
         return self._term.tension()
 
     def _require_problem(self) -> None:

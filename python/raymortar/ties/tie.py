@@ -100,6 +100,7 @@ class Tie(Contact):
         self.assembly.present.pair_tie(partial)
         self.assembly.find_cross_points([self.surfaces])
         self.update()
+        self.assembly.present.updates_for_room += 1  # of the start, not of a solve
 
     def _check_bodies(self) -> None:
         """Raise for a surface that is to follow several bodies, and for gaps to close

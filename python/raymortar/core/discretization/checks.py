@@ -15,13 +15,13 @@ from dolfinx.fem import Function, FunctionSpace
 from dolfinx.mesh import Mesh
 
 from .. import compat
-from ..compat import Array, Mask
+from ..compat import Array, Indices, Mask
 from ..errors import ContactError, format_point, raise_everywhere, together, warn
 from ..target import Target
 from . import facets as lookup
 from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
 from .joined import parts_of
-from .ranks import count_marks
+from .ranks import count_marks, sums_at
 from .surfaces import facet_areas
 
 # A facet narrower than this fraction of its cell has no usable normal.
@@ -31,6 +31,8 @@ MIN_RELATIVE_VOLUME = 1e-12
 # A volume element of the other sign counts as zero below this share of the largest one:
 # three vertices on a line give a zero with a rounding error.
 MAX_FOLD = 1e-8
+# Least cosine between the mean normals of the two faces of a crack at its tip: 10 degrees
+CRACK = 0.985
 # A radius below this share of the mesh's size counts as zero
 _ON_AXIS = 1e-12
 # A force below this share of the stiffness is rounding error, if all radii grow by one
@@ -115,18 +117,21 @@ def check_space(u: Function) -> None:
     raise_everywhere(V.mesh.comm, message)
 
 
+def _vertices(mesh: Mesh, facets: Facets) -> Indices:
+    """Local vertices of facets, in Basix's order, (facets, vertices)."""
+    element = compat.basix_element(compat.cell_name(mesh), 1)
+    to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
+    of_facets = np.array(element.facet_vertices)
+    found: Indices = to_vertices[facets.cells[:, None], of_facets[facets.local_facets]]
+    return found
+
+
 def shared_vertices(mesh: Mesh, slave: Facets, master: Facets) -> tuple[int, Mask]:
     """Count the vertices that two surfaces share in the mesh. Collective.
 
     Also mark those of this rank's slave facets, (facets, vertices), in Basix's order.
     """
-    element = compat.basix_element(compat.cell_name(mesh), 1)
-    to_vertices = compat.connectivity_table(mesh, mesh.topology.dim, 0)
-    of_facets = np.array(element.facet_vertices)
-    vertices, others = (
-        to_vertices[one.cells[:, None], of_facets[one.local_facets]]
-        for one in (slave, master)
-    )
+    vertices, others = (_vertices(mesh, one) for one in (slave, master))
     vertex_map = mesh.topology.index_map(0)
     # The two surfaces may sit on different ranks
     shared = count_marks(vertex_map, vertices) * count_marks(vertex_map, others) > 0
@@ -134,9 +139,32 @@ def shared_vertices(mesh: Mesh, slave: Facets, master: Facets) -> tuple[int, Mas
     return count, shared[vertices]
 
 
-def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
-    """Refuse a slave and a master surface that share vertices in the mesh."""
+def _face_each_other(mesh: Mesh, slave: Facets, master: Facets) -> Mask:
+    """Whether the facets of two surfaces around a vertex of each slave facet look at each
+    other, as the faces of a crack do at its tip, (facets, vertices). Collective."""
+    vertex_map, d = mesh.topology.index_map(0), mesh.geometry.dim
+    means = []
+    for one in (slave, master):
+        shape = FACET_SHAPE[compat.cell_name(mesh)]
+        n = lookup.middle_normals(shape, 1, lookup.facet_corners(mesh, one))
+        n = n / np.linalg.norm(n, axis=1, keepdims=True)
+        n[lookup.points_inward(mesh, one)] *= -1.0
+        vertices = _vertices(mesh, one)
+        means.append(sums_at(vertex_map, d, (vertices, n[:, None])))
+    cosine = np.einsum("vd,vd->v", *means)
+    sizes = np.prod([np.linalg.norm(one, axis=1) for one in means], axis=0)
+    found: Mask = (cosine < -CRACK * sizes)[_vertices(mesh, slave)]
+    return found
+
+
+def check_pair(
+    mesh: Mesh, slave: Facets, master: Facets, may_be_crack: bool = False
+) -> bool:
+    """Refuse a slave and a master surface that share vertices in the mesh, other than as
+    faces of a crack share its tip; return whether they do so. Collective."""
     count, marks = shared_vertices(mesh, slave, master)
+    if count and may_be_crack:
+        marks &= ~_face_each_other(mesh, slave, master)
     with together(mesh.comm):
         if np.any(marks):
             # In Basix's order of the facet's vertices too
@@ -152,6 +180,7 @@ def check_pair(mesh: Mesh, slave: Facets, master: Facets) -> None:
                 "the mesh. Give bodies nodes of their own; on one body leave out of a tag "
                 "the facets between the surfaces, or take method=Penalty()"
             )
+    return count > 0
 
 
 def _extent(points: Array) -> Array:

@@ -8,10 +8,13 @@ from typing import Any
 
 from mpi4py import MPI
 
+import numpy as np
 import ufl
 from dolfinx import fem
 from dolfinx.fem import Function, FunctionSpace
 from ufl.algorithms import expand_derivatives
+from ufl.algorithms.analysis import extract_type
+from ufl.constantvalue import ComplexValue
 
 from .. import compat
 from ..errors import ContactError, described, warn
@@ -36,6 +39,8 @@ def check_form(
         raise ContactError(
             f"{name} must be one UFL form, {wanted}, not {type(form).__name__}"
         )
+    if _is_complex(form):
+        raise ContactError(f"{name} has complex values: contact needs real ones")
     arguments = form.arguments()
     if len(arguments) != rank:
         raise ContactError(
@@ -47,6 +52,13 @@ def check_form(
                 f"{name} has a test or trial function in another space: it must be "
                 f"{wanted}"
             )
+
+
+def _is_complex(form: ufl.Form) -> bool:
+    """Whether a form has complex numbers, Constants or Functions."""
+    values = [c.value for c in form.constants() if isinstance(c, fem.Constant)]
+    values += [c.x.array for c in form.coefficients() if isinstance(c, Function)]
+    return bool(extract_type(form, ComplexValue)) or any(map(np.iscomplexobj, values))
 
 
 def check_functional(name: str, given: Any) -> list[ufl.Form]:

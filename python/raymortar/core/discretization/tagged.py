@@ -218,6 +218,7 @@ class ZoneFacets:
     # Parts of a surface that meets itself, by number in `Surface.zone`
     parts: tuple[Part, ...] = ()
     names: Mapping[int, str] = field(default_factory=dict)  # by tag
+    has_tips: bool = False  # nodes of both sides, which are faces of a crack
 
     @property
     def meets_itself(self) -> bool:
@@ -253,6 +254,7 @@ def find_facets(
     axisymmetric: bool = False,
     smooth: Smooth = False,
     may_share: bool = False,
+    may_crack: bool = False,
     names: Mapping[int, str] = {},
 ) -> list[ZoneFacets]:
     """Facets of every zone, by the masters of its slave tag, checked. Collective.
@@ -288,10 +290,10 @@ def find_facets(
             checks.check_cells(tagged.meshes[k], facets)
             if axisymmetric:
                 checks.check_off_axis(tagged.meshes[k], facets)
-        shares = group.meets_itself
+        shares, tips = group.meets_itself, False
         for master in masters if a == b and not bodies and not shares else []:
             if not may_share:
-                checks.check_pair(tagged.meshes[a], slave, master)
+                tips |= checks.check_pair(tagged.meshes[a], slave, master, may_crack)
             elif checks.shared_vertices(tagged.meshes[a], slave, master)[0]:
                 shares = True
         surface = _surface(u, tagged.meshes[a], slaves, a, axisymmetric, smooth)
@@ -299,7 +301,7 @@ def find_facets(
         if not group.meets_itself:
             other = _surface(u, tagged.meshes[b], masters, b, axisymmetric, smooth)
         sides = slave_tag, given, slave, masters, surface, other, join(masters)
-        found = a, b, bodies, shares, labels, names
+        found = a, b, bodies, shares, labels, names, tips
         zones.append(ZoneFacets(*sides, *found))
     with together(tagged.comm):
         if len({zone.slave_part for zone in zones}) > 1:

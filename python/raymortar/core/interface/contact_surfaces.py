@@ -148,11 +148,13 @@ def make_surfaces(given: Given) -> ContactSurfaces:
     Collective."""
     unknowns, options, tied = given.unknowns, given.options, given.tied
     joined, turns = unknowns.u, bool(options.axisymmetric)
-    # Facets at shared vertices have no partner, which a multiplier needs
+    # Facets at shared vertices have no partner, which a multiplier needs; faces of a
+    # crack have one
     may_share = isinstance(options.method, Penalty) and tied is None
     by_tag = names_by_tag(given.pairs.names_at(0))
     tags, groups, smooth = given.facet_tags, given.groups, options.smooth
-    facets = find_facets(joined, tags, groups, turns, smooth, may_share, by_tag)
+    shared = may_share, tied is None
+    facets = find_facets(joined, tags, groups, turns, smooth, *shared, by_tag)
     # All slaves are on one mesh
     slave_u = parts_of(joined)[facets[0].slave_part]
     mesh, p = slave_u.function_space.mesh, facets[0].slave_surface.displacement_degree

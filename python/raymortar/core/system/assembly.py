@@ -15,6 +15,7 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Mask
+from ..discretization.ranks import marked_everywhere
 from ..errors import ContactError, is_real_number, together, warn
 from ..gamma.probing import VolumePattern
 from ..gamma.stiffness import (
@@ -68,6 +69,8 @@ class Prescribed:
         The conditions.
     u
         Whether they prescribe a dof of u; ghosted.
+    held
+        The same with the nodes at the tips of cracks, at which gaps do not depend on u.
     some_held
         Whether they prescribe some slave facet throughout.
     shear_moduli, moduli
@@ -76,6 +79,7 @@ class Prescribed:
 
     bcs: tuple[Any, ...]
     u: Mask
+    held: Mask
     some_held: bool = False
     shear_moduli: Sequence[float] = ()
     moduli: Sequence[float] = ()
@@ -131,7 +135,7 @@ class ContactAssembly:
         self.preallocations, self.extensions = 0, 0
         # Prescribed values that the zones know; None: to be sent anew
         free = np.zeros(len(surfaces.u.x.array), dtype=bool)
-        self._prescribed: Prescribed | None = Prescribed((), free)
+        self._prescribed: Prescribed | None = Prescribed((), free, free)
         self._known: list[Prescribed] = []
         self._crosses = False  # whether nodes are damped that are not held
         self._log_choice()
@@ -328,7 +332,7 @@ class ContactAssembly:
                 now = self._find_prescribed(bcs)
                 # A path asks in turn for those of its steps and, for reactions, none
                 self._known = [now, *self._known][:MOST_KNOWN]
-            marker = now.u.astype(np.float64)
+            marker = now.held.astype(np.float64)
             for zone in self.zones:
                 zone.cpp.set_fixed(*on_sides(zone, marker))
             self.present.unfelt.send(self.present.u_old)
@@ -346,16 +350,30 @@ class ContactAssembly:
     def _find_prescribed(self, bcs: Sequence[Any]) -> Prescribed:
         """Find the values that conditions prescribe. Collective."""
         surfaces = self.surfaces
-        found = Prescribed(tuple(bcs), self.unknowns.prescribed_u(bcs)[0] == 1)
+        u = self.unknowns.prescribed_u(bcs)[0] == 1
+        found = Prescribed(tuple(bcs), u, u)
         if surfaces.multiplier is None:
             return found
         if self.volume is not None:
             found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
         refuse_held_on_tools(surfaces, found.u)
         found.some_held, some_nodes = held_slaves(surfaces, found.u)
+        if any(zone.facets.has_tips for zone in surfaces.zones):
+            found.held = u | np.repeat(self._tips(), surfaces.zones[0].sides[0].gdim)
+            some_nodes = True
         if some_nodes or self._crosses:
             found.moduli = self.moduli(bcs)
         return found
+
+    def _tips(self) -> Mask:
+        """Mark the local nodes of u at which faces of a crack meet, both of slave and
+        master: their gaps are zero at any u. Collective."""
+        V, found = self.surfaces.u.function_space, False
+        for zone in self.zones:
+            if zone.facets.has_tips:
+                sides = [marked_everywhere(V, one.dofs) for one in zone.sides]
+                found = found | (sides[0] & sides[1])
+        return np.asarray(found)
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
