@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from petsc4py import PETSc
+
 import numpy as np
 import periodic
 import pytest
 from periodic import Cell
-from petsc4py import PETSc
 from tangents import remainders_in_petsc
 
-from raymortar import AugmentedLagrangian, ContactError, Penalty, SetUpError
+from raymortar import AugmentedLagrangian, ContactError, Penalty
+from raymortar.core.errors import SetUpError
 
 POINTS = AugmentedLagrangian(condition="points")
 

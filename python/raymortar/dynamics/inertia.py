@@ -26,7 +26,7 @@ from ..core.errors import (
     warn,
 )
 from ..core.gamma.probing import product
-from ..core.system.entries import without_zeros
+from ..entries import without_zeros
 from ..solvers.kept_forms import Inputs, inputs_of
 from .massless import RULES, coupled_mass, replacement
 

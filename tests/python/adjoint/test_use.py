@@ -19,10 +19,10 @@ from raymortar import (
     ContactError,
     NonlinearProblem,
     Penalty,
-    SetUpError,
     adjoint,
 )
 from raymortar.core import compat
+from raymortar.core.errors import SetUpError
 
 
 @pytest.mark.parametrize("name, size", [("modulus", 2.0), ("load", 1.0)])
