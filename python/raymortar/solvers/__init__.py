@@ -42,7 +42,6 @@ _MOVED = {
     "BodiesPreconditioner": "solvers.elimination.BodiesPreconditioner",
     "ContactPreconditioner": "solvers.elimination.ContactPreconditioner",
     "KeptFactorsSolver": "solvers.keeping_factors.KeptFactorsSolver",
-    "LaggedFactorsSolver": "solvers.lagging_factors.LaggedFactorsSolver",
     "MOST_DIRECT": "solvers.automatic.MOST_DIRECT",
     "MULTIGRIDS": "solvers.automatic.MULTIGRIDS",
     "SolverWithFallback": "solvers.automatic.SolverWithFallback",

@@ -24,7 +24,7 @@ from ..core.solvers.petsc_objects import (
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
 # is faster at all sizes that were measured.
-MOST_DIRECT = {1: 40_000, 2: 20_000}
+MOST_DIRECT = {1: 20_000, 2: 15_000}
 
 # Unknowns in 3D from which linear bodies keep their factors, in place of the direct
 # solver's, and the share of its operations that they may take (measured:
@@ -139,7 +139,7 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
         and problem.is_linear
     ):
         options, name = _kept_factors(MOST_KEPT), "a direct one that keeps factors"
-    elif least <= unknowns <= most:
+    elif snes and least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
         names = "umfpack", "suitesparse"  # of PETSc 3.22, and before

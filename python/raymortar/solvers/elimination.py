@@ -126,8 +126,6 @@ class BodiesPreconditioner(KnowsProblem):
         self._coarse = set_levels(self.solver, self.levels, S, stiff)
         self.solver.setFromOptions()
         self.solver.setUp()
-        # With penalties S is the tangent, whose changes are no reason to begin anew
-        self.solver.getPC().setReusePreconditioner(True)
         self._right, self._solution = S.createVecs()
         S.destroy()  # the solver has it
         self._set_near(pc)
@@ -204,7 +202,7 @@ class BodiesPreconditioner(KnowsProblem):
         """Make S, and keep the blocks that the elimination needs."""
         layout, contacts = self.contact.layout, self._with_multiplier
         if not contacts and not layout.bodies:
-            return A
+            return A.copy()  # the tangent itself will change
         u = self._rows(0, layout.n, self.contact.u.function_space.dofmap.index_map_bs)
         K = A.createSubMatrix(u, u)
         if not contacts:

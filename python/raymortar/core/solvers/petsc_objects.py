@@ -41,7 +41,7 @@ CLOSE = 1e-8
 ROUNDING = 1e-9
 
 # Options of solvers within others and of ours, which need not have been read yet
-_INNER = re.compile("_(snes|ksp|pc|mat)_|^(kept|lagged|bodies)_")
+_INNER = re.compile("_(snes|ksp|pc|mat)_|^(kept|bodies)_")
 
 
 class PetscOptions:
