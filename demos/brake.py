@@ -72,8 +72,8 @@ def solve(comm, size, steps, report):
     bcs = [tools.prescribe(V, scene.find(name), x) for name, x in ends.items()]
     pair, law = (TAGS["slave"], TAGS["master"]), raymortar.Coulomb(MU)
     contact = raymortar.Contact(u, scene.facet_tags, [pair], friction=law)
-    flux = raymortar.Flux(contact, T, conductance)
-    wear = raymortar.Wear(contact, raymortar.Archard(WEAR))
+    flux = raymortar.fluxes.Flux(contact, T, conductance)
+    wear = raymortar.fluxes.Wear(contact, raymortar.fluxes.Archard(WEAR))
     problem = raymortar.NonlinearProblem([F_u, F_T], [contact, flux], bcs, u=[u, T])
     problem.solve()  # no slide yet, and no heat
     contact.advance()

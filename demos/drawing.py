@@ -59,7 +59,7 @@ def field_and_tractions(path, contact, f, label, line=None):
     contact as arrows. A line (x, y) may be drawn beside the bodies. Collective."""
     comm, found = contact.u.function_space.mesh.comm, []
     for points in map(contact.points, range(len(contact.zones))):
-        closed = points["status"] >= raymortar.Status.STICK
+        closed = points["status"] >= raymortar.results.Status.STICK
         found.append([points[name][closed] for name in ("x", "traction")])
     feet, arrows = (gather(comm, np.concatenate(one)) for one in zip(*found))
     x, moved, values = gather_cells(f.function_space.mesh, contact.u, f)

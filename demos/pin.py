@@ -57,7 +57,7 @@ def solve(comm, size, steps, report):
     at_nodes = raymortar.AugmentedLagrangian(condition="nodes", multiplier="vector")
     pair = TAGS["nose"], flat
     contact = raymortar.Contact(u, scene.facet_tags, [pair], at_nodes)
-    wear = raymortar.Wear(contact, raymortar.Archard(WEAR), implicit=True)
+    wear = raymortar.fluxes.Wear(contact, raymortar.fluxes.Archard(WEAR), implicit=True)
     bcs = [tools.prescribe(V, scene.find("top"))]
     problem = raymortar.NonlinearProblem(F, contact, bcs)
     problem.solve()

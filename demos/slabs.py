@@ -72,7 +72,7 @@ def solve(comm, size, steps, report):
     bcs = [*ends, *sides, tools.prescribe(V, scene.find("held"), component=1)]
     pair = TAGS["slave"], TAGS["master"]
     contact = raymortar.Contact(u, scene.facet_tags, [pair])
-    flux = raymortar.Flux(contact, T, law, friction_heat=None)
+    flux = raymortar.fluxes.Flux(contact, T, law, friction_heat=None)
     problem = raymortar.NonlinearProblem([F_u, F_T], [contact, flux], bcs, u=[u, T])
     rows = []
 
@@ -84,8 +84,8 @@ def solve(comm, size, steps, report):
         report.say(f"{rows[-1][0]:6.2f} MPa: {step.iterations} iterations")
     glued = fem.Function(W, name="tied")
     F_T = ufl.inner(k * ufl.grad(glued), ufl.grad(s)) * ufl.dx
-    tie = raymortar.FieldTie(glued, scene.facet_tags, [pair])
-    raymortar.FieldProblem(F_T, glued, tie, ends).solve()
+    tie = raymortar.fluxes.FieldTie(glued, scene.facet_tags, [pair])
+    raymortar.fluxes.FieldProblem(F_T, glued, tie, ends).solve()
     return u, [T, glued], np.array(rows), tie.rate() / (2.0 * HEIGHT)
 
 

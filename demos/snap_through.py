@@ -87,7 +87,7 @@ def main(arguments=None):
     def press(t):
         force.value = FORCE * t
 
-    control = raymortar.DisplacementControl(NODE, direction=1, by=-PUSH)
+    control = raymortar.paths.DisplacementControl(NODE, direction=1, by=-PUSH)
     options = {"history": history, "control": control}
     solver, states = raymortar.SNESSolver(problem), []
     for _ in raymortar.LoadSteps(solver, press, args.steps, **options):

@@ -53,7 +53,9 @@ class Forming:
 
     def forces(self):
         """On punch and die, (2,) each, counted as positive upward. Collective."""
-        return [self.contact.results.resultant_on(b).force for b in (self.punch, self.die)]
+        return [
+            self.contact.results.resultant_on(b).force for b in (self.punch, self.die)
+        ]
 
 
 def beam_force(depth):

@@ -15,7 +15,6 @@ bodies without contact, at the solution, by the same levels.
 from __future__ import annotations
 
 import argparse
-import functools
 import itertools
 import json
 import resource
@@ -53,7 +52,7 @@ COLUMNS = (
 LINEAR = {
     "mumps": solvers.direct,
     "default": dict,
-    **{name: functools.partial(solvers.iterative, name) for name in solvers.MULTIGRIDS},
+    "bodies": solvers.iterative,
 }
 
 

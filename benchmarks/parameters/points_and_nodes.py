@@ -118,7 +118,7 @@ ERRORS = {
 
 # Partial slip
 
-STICK = raymortar.Status.STICK
+STICK = raymortar.results.Status.STICK
 DEPTH = 0.45
 LEGS = 16
 # Half ways of the cycles: shear forces of 0.19 and 0.72 of what friction can carry

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 from dolfinx import fem
+from field_scenes import at, displacement, follow, half_width, law_of, loaded, touching
 from materials import lame
 from problems import COMM, cellwise, fix, residual
 from registry import Figure, Outcome, case
 from revolution import residual as residual_of_revolution
-from field_scenes import at, displacement, follow, half_width, law_of, loaded, touching
 
 import raymortar
 from meshes.graded import PoleGrid, ball_blocks

@@ -5,9 +5,6 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from dolfinx import fem
-from fluxes import conduction, field_space, prescribe
-from problems import build, fix, residual
-from registry import Figure, Outcome, case
 from field_scenes import (
     at,
     displacement,
@@ -20,6 +17,9 @@ from field_scenes import (
     scene_of,
     touching,
 )
+from fluxes import conduction, field_space, prescribe
+from problems import build, fix, residual
+from registry import Figure, Outcome, case
 
 import raymortar
 from raymortar import tools
@@ -153,12 +153,12 @@ def transient_heat():
     contact = raymortar.Contact(
         u, scene.facet_tags, [("slave", "master")], law_of("points"), names=scene.tags
     )
-    flux = raymortar.Flux(contact, T, lambda T_s, T_m, *_: 3.0 * (T_s - T_m))
+    flux = raymortar.fluxes.Flux(contact, T, lambda T_s, T_m, *_: 3.0 * (T_s - T_m))
     ends = [
         prescribe(T.function_space, scene, name, value)
         for name, value in (("bottom", 0.0), ("top", 1000.0))
     ]
-    problem = raymortar.FieldProblem(F, T, flux, ends)
+    problem = raymortar.fluxes.FieldProblem(F, T, flux, ends)
     iterations, values, start = [], [], 0.0
     for end in ENDS:
         dt.value, start = end - start, end

@@ -8,10 +8,6 @@ from pathlib import Path
 import greco
 import numpy as np
 from dolfinx import fem
-from materials import lame
-from problems import COMM, build, cellwise, fix
-from registry import Figure, Outcome, case
-from revolution import residual as residual_of_revolution
 from field_scenes import (
     at,
     displacement,
@@ -22,6 +18,10 @@ from field_scenes import (
     scene_of,
     touching,
 )
+from materials import lame
+from problems import COMM, build, cellwise, fix
+from registry import Figure, Outcome, case
+from revolution import residual as residual_of_revolution
 
 import raymortar
 from meshes.scenes import two_cylinders

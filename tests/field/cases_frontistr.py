@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import ufl
 from dolfinx import fem
-from problems import build, fix
-from registry import Figure, Outcome, case
 from field_scenes import (
     at,
     displacement,
@@ -20,6 +18,8 @@ from field_scenes import (
     scene_of,
     touching,
 )
+from problems import build, fix
+from registry import Figure, Outcome, case
 
 import raymortar
 from raymortar import dynamics

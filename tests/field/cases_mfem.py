@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from dolfinx import fem
+from field_scenes import at, displacement, follow, law_of, part, scene_of
 from problems import build, fix, symmetry
 from registry import Figure, Outcome, case
-from field_scenes import at, displacement, follow, law_of, part, scene_of
 
 import raymortar
 

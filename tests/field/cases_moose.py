@@ -5,11 +5,6 @@ from __future__ import annotations
 import numpy as np
 import ufl
 from dolfinx import fem
-from fluxes import conduction, field_space, prescribe
-from materials import MATERIALS, lame
-from problems import cellwise, fix
-from registry import Figure, Outcome, case
-from revolution import gradient
 from field_scenes import (
     at,
     displacement,
@@ -20,6 +15,11 @@ from field_scenes import (
     scene_of,
     touching,
 )
+from fluxes import conduction, field_space, prescribe
+from materials import MATERIALS, lame
+from problems import cellwise, fix
+from registry import Figure, Outcome, case
+from revolution import gradient
 
 import raymortar
 
@@ -55,12 +55,16 @@ def closed_gap(law):
         law_of(law),
         names=scene.tags,
     )
-    flux = raymortar.Flux(contact, T, lambda T_s, T_m, *_: conductance * (T_s - T_m))
+    flux = raymortar.fluxes.Flux(
+        contact, T, lambda T_s, T_m, *_: conductance * (T_s - T_m)
+    )
     ends = [
         prescribe(T.function_space, scene, name, value)
         for name, value in (("hot", 800.0), ("cold", 250.0))
     ]
-    problem = raymortar.FieldProblem(conduction(scene, T, conductivity), T, flux, ends)
+    problem = raymortar.fluxes.FieldProblem(
+        conduction(scene, T, conductivity), T, flux, ends
+    )
     problem.solve()
     steel, aluminium = (at(T, (1, 0), scene, body) for body in conductivity)
     rate = 16.2 * (800.0 - steel)
@@ -113,8 +117,8 @@ def cylindrical_gap(law):
         axisymmetric=True,
         search=raymortar.Search(reach=0.5),
     )
-    flux = raymortar.Flux(contact, T, law_of_gap)
-    problem = raymortar.FieldProblem(F, T, flux, [])
+    flux = raymortar.fluxes.Flux(contact, T, law_of_gap)
+    problem = raymortar.fluxes.FieldProblem(F, T, flux, [])
     problem.solve()
     ends = [at(T, (inner, 0)), at(T, (core, 0))]
     return Outcome([*ends, abs(flux.rates().through)], [problem.iterations])
@@ -226,7 +230,9 @@ def swelling_cylinder(law):
     path = raymortar.LoadSteps(problem.snes_solver, apply, steps=15, path=(0.0, 1.5))
     for step in path:
         points = contact.points(0)
-        areas.append(points["weight"][points["status"] == raymortar.Status.SLIP].sum())
+        areas.append(
+            points["weight"][points["status"] == raymortar.results.Status.SLIP].sum()
+        )
         iterations.append(step.iterations)
     within, others = areas[2:13], areas[:2] + areas[13:]
     return Outcome([min(within), max(within), max(others)], iterations)

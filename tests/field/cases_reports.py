@@ -6,11 +6,6 @@ import moving
 import numpy as np
 import ufl
 from dolfinx import fem
-from materials import lame
-from press_fits import SHAFT, scene_of as quarters
-from press_fits import pressure as pressure_of_lame
-from problems import build, cellwise, fix, residual
-from registry import Figure, Outcome, case
 from field_scenes import (
     at,
     displacement,
@@ -22,6 +17,12 @@ from field_scenes import (
     scene_of,
     touching,
 )
+from materials import lame
+from press_fits import SHAFT
+from press_fits import pressure as pressure_of_lame
+from press_fits import scene_of as quarters
+from problems import build, cellwise, fix, residual
+from registry import Figure, Outcome, case
 
 import raymortar
 from raymortar import tools
@@ -77,7 +78,7 @@ COLD = HEAT | dict(
 def heated_particle(law):
     _, _, contact, iterations = particle(law, HOTTER)
     points = contact.points(0)
-    closed = points["status"] == raymortar.Status.SLIP
+    closed = points["status"] == raymortar.results.Status.SLIP
     pressure, weight = points["pressure"][closed], points["weight"][closed]
     mean = weight @ pressure / weight.sum()
     return Outcome([mean, np.abs(pressure - mean).max()], iterations)

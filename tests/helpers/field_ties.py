@@ -10,8 +10,8 @@ from problems import COMM, DIMENSION, cellwise
 
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import FieldProblem, FieldTie
 from raymortar.core import compat
+from raymortar.fluxes import FieldProblem, FieldTie
 
 # Of the bent bodies
 TAGS = {"master": 1, "slave": 2, "outer": 3}

@@ -15,8 +15,9 @@ from dolfinx import fem
 from problems import COMM, cellwise, fix, residual
 from tangents import FIRST_STEPS, SEEDS, Topology, all_hit_their_own, slopes
 
-from raymortar import Contact, Flux, NonlinearProblem
+from raymortar import Contact, NonlinearProblem
 from raymortar.core import compat
+from raymortar.fluxes import Flux
 
 
 @dataclass

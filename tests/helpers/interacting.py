@@ -15,7 +15,6 @@ from meshes.meshing import Scene, assemble_blocks
 from raymortar import (
     Contact,
     Coulomb,
-    DisplacementControl,
     History,
     LoadSteps,
     NonlinearProblem,
@@ -23,6 +22,7 @@ from raymortar import (
     Tresca,
 )
 from raymortar.core import compat
+from raymortar.paths import DisplacementControl
 
 E = 10.0
 # Of the tops, at the end of a path: sideways and down

@@ -26,11 +26,11 @@ from raymortar import (
     Contact,
     ContactError,
     NewtonSolver,
-    SetUpError,
     SNESSolver,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.core.errors import SetUpError
 
 # Down and aside, shares of the height
 PATH = ((0.03, 0.0), (0.06, 0.0), (0.06, 0.02), (0.06, 0.05))

@@ -7,7 +7,8 @@ from problems import COMM, DIMENSION, worst
 
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
-from raymortar import Coulomb, Status, SNESSolver
+from raymortar import Coulomb, SNESSolver
+from raymortar.results import Status
 
 pytestmark = pytest.mark.mpi
 TAGS = {"bottom": 1, "top": 2, "lower_jaw": 3, "upper_jaw": 4}

@@ -11,7 +11,8 @@ from periodic import Cell
 from scipy.sparse import identity
 from tangents import remainders_in_petsc
 
-from raymortar import AugmentedLagrangian, ContactError, Penalty, SetUpError
+from raymortar import AugmentedLagrangian, ContactError, Penalty
+from raymortar.core.errors import SetUpError
 
 POINTS = AugmentedLagrangian(condition="points")
 

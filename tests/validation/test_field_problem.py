@@ -17,14 +17,12 @@ from raymortar import (
     ContactWarning,
     ConvergenceError,
     Coulomb,
-    FieldProblem,
-    FieldTie,
-    Flux,
     NonlinearProblem,
     Search,
-    SetUpError,
 )
 from raymortar.core import compat
+from raymortar.core.errors import SetUpError
+from raymortar.fluxes import FieldProblem, FieldTie, Flux
 
 CONDUCTIVITY, HOT = {"0": 4.0, "1": 1.0}, 100.0
 

@@ -11,8 +11,9 @@ from fluxes import conduction, field_space, prescribe, press, values_on
 from problems import residual, stack, worst
 
 import raymortar
-from raymortar import Contact, ContactError, FieldProblem, FieldTie, LoadSteps
+from raymortar import Contact, ContactError, LoadSteps
 from raymortar.core import compat
+from raymortar.fluxes import FieldProblem, FieldTie
 
 CONDUCTIVITY = {"0": 4.0, "1": 1.0}
 HOT, Q = 100.0, 80.0  # flux of the slabs, 100 / (1 + 1/4)

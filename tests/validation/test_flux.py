@@ -14,7 +14,6 @@ from meshes.meshing import assemble_blocks
 from raymortar import (
     Contact,
     Coulomb,
-    Flux,
     LoadSteps,
     NonlinearProblem,
     Penalty,
@@ -23,6 +22,7 @@ from raymortar import (
     rigid,
 )
 from raymortar.core import compat
+from raymortar.fluxes import Flux
 
 CONDUCTIVITY = {"0": 4.0, "1": 1.0}
 HOT, DEPTH = 100.0, 0.02

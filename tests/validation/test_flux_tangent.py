@@ -12,8 +12,9 @@ from friction_states import FrictionCase, check_regime, law_for, set_both
 from states import Case, name_of
 from tangents import is_first_order, is_second_order
 
-from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, ToolField, rigid
+from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, rigid
 from raymortar.core import compat
+from raymortar.fluxes import ToolField
 
 
 def smooth_cases():

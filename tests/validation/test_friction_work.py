@@ -14,7 +14,6 @@ from sheared_blocks import METHODS, WIDTH, Blocks, limit_of, pressure
 
 from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver, rigid
 
-
 MU = 0.3
 
 

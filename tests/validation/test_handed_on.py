@@ -18,16 +18,16 @@ from raymortar import (
     AugmentedLagrangian,
     Contact,
     Coulomb,
-    Flux,
     History,
     LoadSteps,
     NonlinearProblem,
     Penalty,
-    Status,
     Stick,
     tools,
 )
 from raymortar.dynamics import Inertia, Newmark, TimeSteps
+from raymortar.fluxes import Flux
+from raymortar.results import Status
 
 BOTTOM, TOP, SLAVE, MASTER = 1, 2, 3, 4
 UNITS = {"unit-free": (1.0, 10.0), "SI": (1e-2, 1e11)}

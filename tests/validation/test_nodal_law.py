@@ -11,7 +11,8 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, Coulomb, Friction, Status
+from raymortar import AugmentedLagrangian, Coulomb, Friction
+from raymortar.results import Status
 
 MU = 0.3
 PRESSED, SLID = 0.05, 0.02

@@ -11,8 +11,8 @@ from dolfinx import fem
 from dolfinx.mesh import locate_entities_boundary, meshtags
 from tangents import remainders_in_petsc
 
-from meshes.discs import ring_blocks
 from meshes.blocks import Block
+from meshes.discs import ring_blocks
 from meshes.meshing import assemble_blocks
 from raymortar import (
     AugmentedLagrangian,

@@ -21,11 +21,11 @@ from raymortar import (
     History,
     LoadSteps,
     NonlinearProblem,
-    SetUpError,
     SNESSolver,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.core.errors import SetUpError
 
 E, NU = 1000.0, 0.3
 E_STAR = E / (1.0 - NU**2)

@@ -8,18 +8,9 @@ from dolfinx import fem
 from fluxes import conduction, field_space, prescribe
 from problems import fix, stack
 
-from raymortar import (
-    Contact,
-    Coulomb,
-    FieldProblem,
-    Flux,
-    LoadSteps,
-    NonlinearProblem,
-    ToolField,
-    rigid,
-    tools,
-)
+from raymortar import Contact, Coulomb, LoadSteps, NonlinearProblem, rigid, tools
 from raymortar.core import compat
+from raymortar.fluxes import FieldProblem, Flux, ToolField
 
 CAPACITY, DT = 2.0, 0.1  # of the slab per volume; of each step
 

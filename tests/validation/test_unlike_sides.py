@@ -17,8 +17,9 @@ from fluxes import prescribe
 from hosts import LOWER, UPPER
 from problems import DIMENSION, SOLVERS, worst
 
-from raymortar import AugmentedLagrangian, FieldProblem, FieldTie, Flux, Penalty, Tie
+from raymortar import AugmentedLagrangian, Penalty, Tie
 from raymortar.core import compat
+from raymortar.fluxes import FieldProblem, FieldTie, Flux
 
 GAMMA = 1e3
 WAYS = {

@@ -13,17 +13,16 @@ from problems import CELLS, fix, stack, worst
 
 import raymortar
 from raymortar import (
-    Archard,
     AugmentedLagrangian,
     Contact,
     ContactError,
     Coulomb,
     LoadSteps,
     NonlinearProblem,
-    Wear,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.fluxes import Archard, Wear
 
 DUAL = AugmentedLagrangian(condition="nodes", multiplier="dual")
 K, PUSH, SLIDE = 0.3, 0.05, 0.02  # a slab of modulus 1 and height 1

@@ -18,7 +18,7 @@ from ..core.errors import SetUpError, raise_everywhere
 from ..core.gamma.probing import product
 from ..core.interface.zone_data import ZoneData
 from ..core.system.coupled import CoupledSystem
-from ..core.system.entries import empty_matrix, node_blocks
+from ..entries import empty_matrix, node_blocks
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 

@@ -17,7 +17,7 @@ from ..core.discretization.ranks import destroy
 from ..core.errors import ContactError, SetUpError, described, together
 from ..core.gamma.probing import product
 from ..core.problem import CoupledProblem
-from ..core.system.entries import copy_with_pattern
+from ..entries import copy_with_pattern
 from .condensation import ELIMINATED, Condensation, Newton
 
 

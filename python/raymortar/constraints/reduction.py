@@ -12,7 +12,7 @@ import numpy as np
 from ..core.discretization.ranks import destroy
 from ..core.errors import SetUpError, raise_everywhere
 from ..core.system.coupled import ROOM, CoupledSystem
-from ..core.system.entries import copy_with_pattern, in_own_rows, values_at
+from ..entries import copy_with_pattern, in_own_rows, values_at
 from .multipliers import mirrored_multipliers
 from .prolongation import Slaves, slaves_of
 

@@ -76,7 +76,10 @@ class Target(ABC):
 
 def as_target(master: Any) -> Target | None:
     """The target that the master of a pair stands for; None for a tag."""
-    found = master if hooks.as_target is None else hooks.as_target(master)
+    is_tag = isinstance(master, (str, int, np.integer))
+    found = master
+    if hooks.as_target is not None and not is_tag:
+        found = hooks.as_target(master)
     return found if isinstance(found, Target) else None
 
 

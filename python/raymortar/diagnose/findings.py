@@ -17,14 +17,14 @@ from ..core.interface.slave_nodes import are_inside_flats
 from ..core.interface.zone_data import ZoneData, mean_facet_size
 from ..core.options.methods import AugmentedLagrangian, Penalty
 from ..core.problem import CoupledProblem
-from ..rigid.body import Body
-from ..smooth.straight_facets import ALLOWED, CURVED
+from ..core.target import Target
 from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
 from .rigid_slaves import distance_ratio
 from .sliding import sliding_bodies
+from .straight_facets import ALLOWED, CURVED
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -299,7 +299,7 @@ def _tilts(contact: Interaction, names: dict[int, str]) -> Iterator[Finding]:
                 continue
             master = zone.facets.master_tags[k]
             # Tools have no facets to be a slave by
-            swap = "" if isinstance(master, Body) else ", or swap sides"
+            swap = "" if isinstance(master, Target) else ", or swap sides"
             remedy = f"Give frame='master' on smooth masters{swap}"
             yield Finding(
                 names[id(zone)],

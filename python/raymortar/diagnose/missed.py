@@ -10,6 +10,7 @@ from mpi4py import MPI
 import numpy as np
 from scipy.spatial import cKDTree
 
+from .._cpp import rotation_matrix
 from ..core.compat import Array, Indices
 from ..core.convergence.balance import largest_by
 from ..core.discretization.facets import facet_nodes
@@ -21,7 +22,6 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
 from ..core.target import Target
-from ..rigid.turning import rotation_matrix
 from .tools import AROUND, cast
 
 # Directions in space: to faces, edges and corners of a cube

@@ -9,7 +9,6 @@ from mpi4py import MPI
 
 import numpy as np
 
-from .. import rigid
 from ..core import compat
 from ..core.compat import Array, Indices, Mask
 from ..core.discretization.facets import (
@@ -29,8 +28,8 @@ from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.pairs import Pair, spoken
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, global_masters
-from ..rigid.body import Body
-from ..smooth.straight_facets import largest_sagitta
+from ..core.target import Target
+from .straight_facets import largest_sagitta
 
 # Share of a facet's size, and of the thickness behind it, up to which meshes that should
 # touch may overlap by their noise
@@ -270,11 +269,11 @@ def _in_tools(zone: ZoneData, pairs: Sequence[Pair]) -> Iterator[str]:
     added = added + np.maximum(zone.at_points(zone.offset, points), 0.0)
     for pair in pairs:
         body = pair.master
-        if not isinstance(body, Body) or not np.array_equal(body.motion(), _UNMOVED):
+        if not isinstance(body, Target) or not np.array_equal(body.motion(), _UNMOVED):
             continue
         depth = -(body.tool.distances_along(x, n) + added)
         depth[depth <= allowed[points["slave"]]] = 0.0
-        if isinstance(body.shape, rigid.Surface):  # has no inside
+        if not body.shape.has_inside:
             depth[points["status"] < OPEN] = 0.0
         most = largest(comm, depth)
         if most > 0.0:

@@ -14,11 +14,7 @@ from .time_steps import TimeStep, TimeSteps
 
 __all__ = [
     "Adaptive",
-    "Energy",
     "GeneralizedAlpha",
-    "Inertia",
     "Midpoint",
     "Newmark",
-    "TimeStep",
-    "TimeSteps",
 ]

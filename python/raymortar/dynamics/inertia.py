@@ -25,7 +25,7 @@ from ..core.errors import (
     warn,
 )
 from ..core.gamma.probing import product
-from ..core.system.entries import without_zeros
+from ..entries import without_zeros
 from .massless import RULES, replacement
 from .nodal_forms import NodalForms
 

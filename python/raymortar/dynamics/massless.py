@@ -13,7 +13,7 @@ from ..core.compat import Array, Indices, Mask
 from ..core.discretization.layout import CoupledRows
 from ..core.discretization.ranks import marked_everywhere
 from ..core.errors import SetUpError, format_point, together
-from ..core.system.entries import in_own_rows, joined, values_at
+from ..entries import in_own_rows, joined, values_at
 
 # Layers of cells around a node in which neighbours are looked for
 MOST_LAYERS = 4

@@ -5,3 +5,27 @@
 - field_tie, field_problem: `FieldTie`; `FieldProblem`, of fields alone
 - wear, anderson: `Wear`, and the iteration for its implicit steps
 """
+
+from typing import TYPE_CHECKING
+
+from ..core import on_demand
+
+if TYPE_CHECKING:
+    from .field_problem import FieldProblem
+    from .field_tie import FieldTie
+    from .flux import Flux
+    from .tool_part import ToolField
+    from .wear import Archard, Wear
+
+__all__ = ["Archard", "FieldProblem", "FieldTie", "Flux", "ToolField", "Wear"]
+
+_PLACES = {
+    "Archard": ".wear",
+    "FieldProblem": ".field_problem",
+    "FieldTie": ".field_tie",
+    "Flux": ".flux",
+    "ToolField": ".tool_part",
+    "Wear": ".wear",
+}
+
+__getattr__ = on_demand.lookup(__name__, _PLACES, {})

@@ -104,8 +104,8 @@ class FieldProblem:
     Examples
     --------
     >>> contact = raymortar.Contact(u, facet_tags, pairs)  # u: zero, or of a solve before
-    >>> flux = raymortar.Flux(contact, T, conductance)
-    >>> raymortar.FieldProblem(F, T, flux, bcs).solve()
+    >>> flux = raymortar.fluxes.Flux(contact, T, conductance)
+    >>> raymortar.fluxes.FieldProblem(F, T, flux, bcs).solve()
     """
 
     def __init__(

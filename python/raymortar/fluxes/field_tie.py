@@ -64,8 +64,8 @@ class FieldTie(Addition):
 
     Examples
     --------
-    >>> tie = raymortar.FieldTie(T, facet_tags, [("upper", "lower")], names=names)
-    >>> problem = raymortar.FieldProblem(F, T, tie, bcs)
+    >>> tie = raymortar.fluxes.FieldTie(T, facet_tags, [("upper", "lower")], names=names)
+    >>> problem = raymortar.fluxes.FieldProblem(F, T, tie, bcs)
     >>> problem.solve()
     >>> tie.rate()  # heat from the upper body to the lower one, per time
     """

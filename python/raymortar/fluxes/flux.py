@@ -100,7 +100,7 @@ class Flux(Addition):
 
     >>> def law(T_s, T_m, p, g, v):
     ...     return 2.0 * p**0.95 * (T_s - T_m) + 1e-8 * (T_s**4 - T_m**4)
-    >>> flux = raymortar.Flux(contact, T, law)
+    >>> flux = raymortar.fluxes.Flux(contact, T, law)
     """
 
     term = FluxTerms

@@ -21,7 +21,7 @@ from ..core.errors import SetUpError, raise_everywhere, together, warn
 from ..core.interface.friction_at_points import along_facets, further
 from ..core.interface.zone_data import ZoneData
 from ..core.system.assembly import ContactAssembly
-from ..core.system.entries import joined
+from ..entries import joined
 from .flux_law import FluxLaw
 from .flux_sides import FieldOnZone, TiedField
 from .tool_part import ToolPart

@@ -22,8 +22,8 @@ from ..core.discretization.slave_fields import find_fields
 from ..core.discretization.unknowns import Lacking, Unknowns
 from ..core.errors import SetUpError, raise_everywhere, together
 from ..core.gamma.probing import product
-from ..core.system.entries import Entries, add_entries, assembled, joined, values_at
 from ..core.terms import Addition, Term
+from ..entries import Entries, add_entries, assembled, joined, values_at
 from .flux_part import FluxPart
 from .flux_sides import TiedField
 from .tool_part import ToolPart

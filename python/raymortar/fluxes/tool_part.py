@@ -19,7 +19,7 @@ from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, is_real_number, require_agreement
 from ..core.interface.zone_data import ZoneData
 from ..core.system.assembly import ContactAssembly
-from ..core.system.entries import assembled
+from ..entries import assembled
 from .flux_sides import FieldOnZone
 
 
@@ -151,8 +151,8 @@ class ToolField:
 
     Examples
     --------
-    >>> punch = raymortar.ToolField(20.0, capacity=3.5)
-    >>> flux = raymortar.Flux(contact, T, law, tool=punch)
+    >>> punch = raymortar.fluxes.ToolField(20.0, capacity=3.5)
+    >>> flux = raymortar.fluxes.Flux(contact, T, law, tool=punch)
     >>> LoadSteps(solver, apply, steps, on_accept=punch.accept)
     """
 

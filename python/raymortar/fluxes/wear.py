@@ -109,7 +109,7 @@ class Wear:
 
     Examples
     --------
-    >>> wear = raymortar.Wear(contact, raymortar.Archard(1e-6))
+    >>> wear = raymortar.fluxes.Wear(contact, raymortar.fluxes.Archard(1e-6))
     >>> steps = raymortar.LoadSteps(solver, slide, steps=100, on_accept=wear.accept)
     >>> history.include({"worn": wear.volume})
     """

@@ -7,4 +7,4 @@
 from ..core.compat.files import of_one_degree, write_vtk, write_xdmf
 from ..core.compat.gmsh import GmshMesh, read_gmsh
 
-__all__ = ["GmshMesh", "of_one_degree", "read_gmsh", "write_vtk", "write_xdmf"]
+__all__ = ["of_one_degree", "read_gmsh", "write_vtk", "write_xdmf"]

@@ -12,3 +12,22 @@
 - history, patch_columns, output: records of a path
 - checkpoint, tables: files from which a path goes on
 """
+
+from typing import TYPE_CHECKING
+
+from ..core import on_demand
+
+if TYPE_CHECKING:
+    from .controls import ArcLength, DisplacementControl
+    from .output import LoadStep, Output
+
+__all__ = ["ArcLength", "DisplacementControl", "Output"]
+
+_PLACES = {
+    "ArcLength": ".controls",
+    "DisplacementControl": ".controls",
+    "LoadStep": ".output",
+    "Output": ".output",
+}
+
+__getattr__ = on_demand.lookup(__name__, _PLACES, {})

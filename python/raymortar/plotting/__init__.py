@@ -12,3 +12,14 @@
 - tools: curves on rigid tools
 - rendering: pictures in 3D by pyvista
 """
+
+from typing import TYPE_CHECKING
+
+from ..core import on_demand
+
+if TYPE_CHECKING:
+    from .movie import Movie
+
+__all__ = ["Movie"]
+
+__getattr__ = on_demand.lookup(__name__, {"Movie": ".movie"}, {})

@@ -56,7 +56,7 @@ class Movie:
 
     Examples
     --------
-    >>> movie = raymortar.Movie(contact, "press.gif", zoom=True)
+    >>> movie = raymortar.plotting.Movie(contact, "press.gif", zoom=True)
     >>> for step in raymortar.LoadSteps(solver, press, steps=20):
     ...     movie.add(f"load {step.factor:.2f}")
     >>> movie.write()

@@ -20,7 +20,7 @@ from ..core.interface import point_results as at_points
 from ..core.interface.pairs import PairTable, as_label, names_by_tag
 from ..core.interface.point_results import CLOSED
 from ..core.interface.zone_data import ZoneData
-from ..rigid.body import Body
+from ..core.target import Target
 from .segments import write_segments
 from .sums import (
     Resultant,
@@ -163,7 +163,7 @@ class Results:
         self._says_unsolved = True
 
     def points(
-        self, zone: int | str = 0, master: int | str | Body | None = None
+        self, zone: int | str = 0, master: int | str | Target | None = None
     ) -> dict[str, Array]:
         """See `Contact.points`."""
         self._require_results()
@@ -256,7 +256,7 @@ class Results:
         write_segments(self.zones, self.parts[0].surfaces.u, self._comm, file)
 
     def resultant(
-        self, slave: int | str = 0, master: int | str | Body | None = None
+        self, slave: int | str = 0, master: int | str | Target | None = None
     ) -> Resultant:
         """See `Contact.resultant`. Collective."""
         self.warn_if_unsolved()
@@ -309,7 +309,7 @@ class Results:
         self._require_results()
         return meetings(self.zones, self.pair_table)
 
-    def resultant_on(self, body: Body) -> Resultant:
+    def resultant_on(self, body: Target) -> Resultant:
         """Contact force on a rigid body, moment about its centre where that is, and
         parts of the force, from all slaves that it meets. Collective.
 

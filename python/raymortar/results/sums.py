@@ -26,7 +26,7 @@ from ..core.interface.point_results import (
     tractions,
 )
 from ..core.interface.zone_data import ZoneData
-from ..rigid.body import Body
+from ..core.target import Target
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ def _sum_up(
     return Resultant(force, _plain(moment), normal, force - normal)
 
 
-def resultant_on(zones: Sequence[ZoneData], body: Body) -> Resultant:
+def resultant_on(zones: Sequence[ZoneData], body: Target) -> Resultant:
     """Sum up force and moment about its centre on a rigid body. Collective."""
     # The equations of a free body take tractions where they act on it
     on_slaves = [

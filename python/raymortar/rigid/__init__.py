@@ -4,21 +4,26 @@
 where it was made. A `Body` moves it, or lets forces move it.
 """
 
-from .body import Body
-from .polyline import Polyline
-from .shapes import (
-    Circle,
-    Cone,
-    Cylinder,
-    Frame,
-    Implicit,
-    Line,
-    Plane,
-    Sphere,
-    Torus,
-    Wedge,
-)
-from .surface import Surface
+from typing import TYPE_CHECKING
+
+from ..core import on_demand
+
+if TYPE_CHECKING:
+    from .body import Body
+    from .polyline import Polyline
+    from .shapes import (
+        Circle,
+        Cone,
+        Cylinder,
+        Frame,
+        Implicit,
+        Line,
+        Plane,
+        Sphere,
+        Torus,
+        Wedge,
+    )
+    from .surface import Surface
 
 __all__ = [
     "Body",
@@ -35,3 +40,12 @@ __all__ = [
     "Torus",
     "Wedge",
 ]
+
+_PLACES = {
+    **{name: ".shapes" for name in __all__},
+    "Body": ".body",
+    "Polyline": ".polyline",
+    "Surface": ".surface",
+}
+
+__getattr__ = on_demand.lookup(__name__, _PLACES, {})

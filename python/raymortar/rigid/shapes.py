@@ -31,6 +31,9 @@ _OF_THE_PLANE = {"Line": "Plane", "Circle": "Sphere", "Wedge": "Cone"}
 class Shape:
     """Surface of a rigid solid. Lengths are in the mesh's unit."""
 
+    # Whether every place is in the solid or outside
+    has_inside: ClassVar[bool] = True
+
     @property
     def gdim(self) -> int | None:
         """Dimension of the problems that it is for; None: any."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -68,6 +68,7 @@ class Surface(Shape):
         side. The surface must be in one piece.
     """
 
+    has_inside: ClassVar[bool] = False
     points: Array
     facets: Any
     orient: bool = False

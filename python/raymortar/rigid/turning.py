@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .._cpp import rotation_matrix, turning
 from ..core.compat import Array
@@ -13,6 +12,8 @@ __all__ = ["directions_across", "rotation_matrix", "rotation_vector", "turning"]
 
 def rotation_vector(matrix: Array) -> Array:
     """Rotation vector of a rotation matrix, of a length up to pi, (3,)."""
+    from scipy.spatial.transform import Rotation
+
     return Rotation.from_matrix(matrix).as_rotvec()
 
 

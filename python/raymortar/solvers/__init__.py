@@ -1,64 +1,59 @@
 """Linear solvers beyond the direct one, and what they keep.
 
 - automatic: the solver that suits the size, and iterative ones
-- kept_factors, compliance: a direct solver that keeps the factors of linear bodies
-- lagged_factors: the factors of an earlier tangent as preconditioner
+- keeping_factors, compliance: a direct solver that keeps the factors of linear bodies
+- lagging_factors: the factors of an earlier tangent as preconditioner
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
 - condensed: a preconditioner of condensed systems
 - kept_forms: what is kept of linear forms
 """
 
-from __future__ import annotations
+from typing import TYPE_CHECKING
 
-from typing import Any
+from ..core import on_demand
 
-from ..core.errors import warn
-from ..core.solvers.linear import direct, linear_options
-from ..core.solvers.petsc_objects import attach
-from .automatic import (
-    MOST_DIRECT,
-    MULTIGRIDS,
-    SolverWithFallback,
-    iterative,
-    with_fallback,
-)
-from .condensed import CondensedPreconditioner
-from .elimination import (
-    BodiesPreconditioner,
-    ContactPreconditioner,
-    lumped_mass,
-    surface_stiffness,
-)
-from .kept_factors import KeptFactorsSolver, kept_factors
-from .lagged_factors import LaggedFactorsSolver, lagged_factors
-from .levels import near_nullspace, rigid_motions
+if TYPE_CHECKING:
+    from ..core.solvers.linear import direct
+    from .automatic import iterative, with_fallback
+    from .condensed import CondensedPreconditioner
+    from .keeping_factors import kept_factors
+    from .lagging_factors import lagged_factors
 
 __all__ = [
-    "BodiesPreconditioner",
     "CondensedPreconditioner",
-    "KeptFactorsSolver",
-    "LaggedFactorsSolver",
-    "MOST_DIRECT",
-    "MULTIGRIDS",
-    "SolverWithFallback",
-    "attach",
     "direct",
     "iterative",
     "kept_factors",
     "lagged_factors",
-    "linear_options",
-    "lumped_mass",
-    "near_nullspace",
-    "rigid_motions",
-    "surface_stiffness",
     "with_fallback",
 ]
 
+_PLACES = {
+    "CondensedPreconditioner": ".condensed",
+    "direct": "..core.solvers.linear",
+    "iterative": ".automatic",
+    "kept_factors": ".keeping_factors",
+    "lagged_factors": ".lagging_factors",
+    "with_fallback": ".automatic",
+}
+# Names that are no longer public, and where they are
+_MOVED = {
+    "BodiesPreconditioner": "solvers.elimination.BodiesPreconditioner",
+    "ContactPreconditioner": "solvers.elimination.ContactPreconditioner",
+    "KeptFactorsSolver": "solvers.keeping_factors.KeptFactorsSolver",
+    "LaggedFactorsSolver": "solvers.lagging_factors.LaggedFactorsSolver",
+    "MOST_DIRECT": "solvers.automatic.MOST_DIRECT",
+    "MULTIGRIDS": "solvers.automatic.MULTIGRIDS",
+    "SolverWithFallback": "solvers.automatic.SolverWithFallback",
+    "attach": "core.solvers.petsc_objects.attach",
+    "linear_options": "core.solvers.linear.linear_options",
+    "lumped_mass": "solvers.elimination.lumped_mass",
+    "near_nullspace": "solvers.levels.near_nullspace",
+    "rigid_motions": "solvers.levels.rigid_motions",
+    "surface_stiffness": "solvers.elimination.surface_stiffness",
+}
 
-def __getattr__(name: str) -> Any:
-    """Look up a name that goes in the next release, with a warning."""
-    if name != "SPRINGS":
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    warn("raymortar.solvers.SPRINGS has no use any more: it goes in the next release")
-    return 10.0
+__getattr__ = on_demand.lookup(
+    __name__, _PLACES, {name: f"raymortar.{new}" for name, new in _MOVED.items()}
+)

@@ -9,7 +9,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from .. import _cpp
-from ..core import compat
+from ..core import compat, on_demand
 from ..core.errors import warn
 from ..core.problem import CoupledProblem
 from ..core.solvers.linear import direct, inexact
@@ -20,9 +20,6 @@ from ..core.solvers.petsc_objects import (
     kept_inside,
     nested,
 )
-from .elimination import BodiesPreconditioner
-from .kept_factors import kept_factors
-from .lagged_factors import lagged_factors
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -45,6 +42,11 @@ MOST_ITERATIONS = 100
 MOST_STALLS = 2
 
 _KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
+
+# Only problems of their sizes need these modules
+_BODIES_PRECONDITIONER = f"{__package__}.elimination.BodiesPreconditioner"
+_kept_factors = on_demand.function(f"{__package__}.keeping_factors.kept_factors")
+_lagged_factors = on_demand.function(f"{__package__}.lagging_factors.lagged_factors")
 
 # For `BodiesPreconditioner`, whose relaxation depends on the number of ranks
 _BODIES = {
@@ -72,9 +74,6 @@ _BODIES = {
 }
 
 MULTIGRIDS = ("bodies",)
-# Names that mean "bodies" until the next release: it takes at most half of the time that
-# these took (docs/measured/linear_solvers.md)
-_REPLACED = ("gamg", "gamg-bounded", "hypre")
 
 
 def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
@@ -99,16 +98,9 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
     -------
     GMRES with `BodiesPreconditioner`, whose multigrid has the prefix ``displacement_``.
     """
-    if multigrid in _REPLACED:
-        warn(
-            f"iterative({multigrid!r}) is iterative('bodies'), which takes no longer: its "
-            "name goes in the next release",
-            page="solves",
-        )
-    elif multigrid not in MULTIGRIDS:
+    if multigrid not in MULTIGRIDS:
         raise ValueError(f"multigrid must be one of {MULTIGRIDS}, not {multigrid!r}")
-    name = f"{BodiesPreconditioner.__module__}.{BodiesPreconditioner.__name__}"
-    outer = {"pc_type": "python", "pc_python_type": name}
+    outer = {"pc_type": "python", "pc_python_type": _BODIES_PRECONDITIONER}
     return {**_KRYLOV, **outer, **_BODIES, **options}
 
 
@@ -146,13 +138,13 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
         and unknowns >= LEAST_KEPT
         and problem.is_linear
     ):
-        options, name = kept_factors(MOST_KEPT), "a direct one that keeps factors"
+        options, name = _kept_factors(MOST_KEPT), "a direct one that keeps factors"
     elif least <= unknowns <= most:
         # In small problems of 2D a solve with UMFPACK's factors takes a third of the
         # time of MUMPS', which works on several ranks
         names = "umfpack", "suitesparse"  # of PETSc 3.22, and before
         alone = comm.size == 1 and any(map(PETSc.Sys.hasExternalPackage, names))
-        options = lagged_factors("umfpack" if dim == 2 and alone else "mumps")
+        options = _lagged_factors("umfpack" if dim == 2 and alone else "mumps")
         name = "GMRES with lagged factors"
     return options, name
 

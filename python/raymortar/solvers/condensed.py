@@ -16,7 +16,7 @@ from ..core.discretization.ranks import destroy
 from ..core.errors import ContactError
 from ..core.gamma.probing import product
 from ..core.solvers.petsc_objects import finished
-from ..core.system.entries import block_diagonal, without_zeros
+from ..entries import block_diagonal, without_zeros
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 

@@ -23,7 +23,7 @@ from ..core.solvers.petsc_objects import (
     inner_solver,
     kept_inside,
 )
-from ..core.system.entries import block_diagonal, node_blocks
+from ..entries import block_diagonal, node_blocks
 from .levels import BodiesLevels, set_levels, sides
 
 # New levels are made when a solve with new blocks needs WORN times the cycles of the

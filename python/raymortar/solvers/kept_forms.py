@@ -17,7 +17,7 @@ from .. import _cpp
 from ..core.compat import Array, Mask
 from ..core.discretization.forms import derivative
 from ..core.discretization.ranks import destroy
-from ..core.system.entries import without_zeros
+from ..entries import without_zeros
 
 _SAME = PETSc.Mat.Structure.SAME_NONZERO_PATTERN
 _PART = PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN

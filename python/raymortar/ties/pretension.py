@@ -28,8 +28,8 @@ from ..core.errors import (
 from ..core.interface.point_results import CLOSED
 from ..core.options.methods import Search
 from ..core.state import Quantity
-from ..core.system.entries import add_entries
 from ..core.terms import Term
+from ..entries import add_entries
 from .tie import Tie
 
 # Least cosine between the axis and the mean normal of a face

@@ -7,7 +7,8 @@ import pytest
 from adjoints import Parameters, along, blocks, tool
 from test_gradients import STEPS
 
-from raymortar import ContactError, LoadSteps, SetUpError, adjoint
+from raymortar import ContactError, LoadSteps, adjoint
+from raymortar.core.errors import SetUpError
 
 COUNT = 10
 

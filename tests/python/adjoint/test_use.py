@@ -21,11 +21,11 @@ from raymortar import (
     ContactError,
     NonlinearProblem,
     Penalty,
-    SetUpError,
     adjoint,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.core.errors import SetUpError
 
 SIZES = {
     "modulus": 2.0, "load": 1.0, "offset": 2e-4, "friction": 5e-4, "gamma": 2.0,

@@ -8,14 +8,8 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, build, fix
 
 from meshes.scenes import two_blocks
-from raymortar import (
-    AugmentedLagrangian,
-    ContactWarning,
-    Coulomb,
-    Penalty,
-    SetUpError,
-    SNESSolver,
-)
+from raymortar import AugmentedLagrangian, ContactWarning, Coulomb, Penalty, SNESSolver
+from raymortar.core.errors import SetUpError
 
 pytestmark = pytest.mark.quick
 PUSH, STEPS = 0.05, 2

@@ -148,5 +148,7 @@ def test_controls_say_that_they_are_for_displacements(scene):
     problem = raymortar.NonlinearProblem(residual(w), contact_of(scene, w.sub(0)))
     with refused("control leads paths of one displacement"):
         raymortar.LoadSteps(
-            raymortar.SNESSolver(problem), lambda t: None, control=raymortar.ArcLength()
+            raymortar.SNESSolver(problem),
+            lambda t: None,
+            control=raymortar.paths.ArcLength(),
         )

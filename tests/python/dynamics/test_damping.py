@@ -13,7 +13,8 @@ from problems import COMM, worst
 from scipy.linalg import eigh
 
 import raymortar
-from raymortar import ContactError, SetUpError, dynamics, rigid
+from raymortar import ContactError, dynamics, rigid
+from raymortar.core.errors import SetUpError
 from raymortar.dynamics import Adaptive, GeneralizedAlpha, Midpoint, Newmark
 from raymortar.dynamics.motion import InertiaTerm, Motion
 

@@ -17,11 +17,11 @@ from raymortar import (
     ContactWarning,
     NonlinearProblem,
     Penalty,
-    SetUpError,
     Tie,
     dynamics,
     tools,
 )
+from raymortar.core.errors import SetUpError
 from raymortar.dynamics.massless import massless_nodes
 
 RHO = 7.85

@@ -17,7 +17,6 @@ from raymortar import (
     Contact,
     ContactError,
     Coulomb,
-    Flux,
     NonlinearProblem,
     Penalty,
     Tie,
@@ -25,6 +24,7 @@ from raymortar import (
     tools,
 )
 from raymortar.core import compat
+from raymortar.fluxes import Flux
 
 pytestmark = pytest.mark.mpi
 

@@ -10,16 +10,8 @@ from dolfinx import fem
 from problems import COMM, SOLVERS, worst
 from snapping import on_bed, pressure, top_sinks
 
-from raymortar import (
-    ArcLength,
-    ConvergenceError,
-    Coulomb,
-    DisplacementControl,
-    History,
-    LoadSteps,
-    Penalty,
-)
-from raymortar.paths import soft_start
+from raymortar import ConvergenceError, Coulomb, History, LoadSteps, Penalty
+from raymortar.paths import ArcLength, DisplacementControl, soft_start
 from raymortar.paths.strategies import FULL, VISCOUS
 
 sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))

@@ -7,14 +7,9 @@ from pathlib import Path
 import pytest
 from snapping import on_bed
 
-from raymortar import (
-    ArcLength,
-    ContactError,
-    ContactWarning,
-    DisplacementControl,
-    LoadSteps,
-)
+from raymortar import ContactError, ContactWarning, LoadSteps
 from raymortar.core import compat
+from raymortar.paths import ArcLength, DisplacementControl
 
 sys.path.append(str(Path(__file__).parents[3] / "demos"))
 

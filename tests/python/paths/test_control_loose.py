@@ -10,8 +10,9 @@ from problems import COMM, SOLVERS, build, fix
 from snapping import on_bed
 
 from meshes.scenes import two_blocks
-from raymortar import ArcLength, ConvergenceError, DisplacementControl, LoadSteps
+from raymortar import ConvergenceError, LoadSteps
 from raymortar.diagnose.lost_contact import loose_bodies
+from raymortar.paths import ArcLength, DisplacementControl
 from raymortar.paths.controls import mean_weights
 
 sys.path.append(str(Path(__file__).parents[3] / "demos"))

@@ -7,15 +7,8 @@ import pytest
 from interacting import LAWS, LOWER, UPPER, difference, three
 from problems import fix
 
-from raymortar import (
-    ArcLength,
-    ConvergenceError,
-    Coulomb,
-    History,
-    Penalty,
-    SNESSolver,
-    Stick,
-)
+from raymortar import ConvergenceError, Coulomb, History, Penalty, SNESSolver, Stick
+from raymortar.paths import ArcLength
 from raymortar.paths.stabilization import Stabilization
 from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
 

@@ -13,8 +13,9 @@ from load_paths import top_moves
 from problems import COMM, tolerate
 from written import arrays, at_nodes
 
-from raymortar import ContactError, Coulomb, LoadSteps, Output, Penalty, SNESSolver, Tie
+from raymortar import ContactError, Coulomb, LoadSteps, Penalty, SNESSolver, Tie
 from raymortar.core import compat
+from raymortar.paths import Output
 
 pytestmark = pytest.mark.mpi
 FIELDS = {"gap", "normal_traction", "tangential_traction", "status", "coverage"}

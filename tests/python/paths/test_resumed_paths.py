@@ -13,19 +13,17 @@ from problems import COMM
 from snapping import on_bed
 
 from raymortar import (
-    Archard,
-    ArcLength,
     Checkpoint,
     ContactError,
     Coulomb,
-    DisplacementControl,
     History,
     LoadSteps,
     Penalty,
     SNESSolver,
-    Wear,
 )
+from raymortar.fluxes import Archard, Wear
 from raymortar.io.partitions import strips
+from raymortar.paths import ArcLength, DisplacementControl
 from raymortar.paths.soft_start import lend_tenths
 
 pytestmark = pytest.mark.mpi

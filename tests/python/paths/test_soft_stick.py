@@ -87,7 +87,7 @@ def test_it_adds_a_spring_along_the_surface_at_nodes_that_stick():
     assert np.linalg.eigvalsh(added).max() < 1e-9 * np.abs(added).max()
     # One direction of two at each node that sticks
     status = problem.contact.zones[0].cpp.nodes()["status"]
-    sticks = int((status == raymortar.Status.STICK).sum())
+    sticks = int((status == raymortar.results.Status.STICK).sum())
     assert sticks > 0
     assert np.linalg.matrix_rank(added, tol=1e-9 * np.abs(added).max()) == sticks
     assert np.abs(found[1] - 0.5 * found[0]).max() < 1e-9 * np.abs(added).max()
@@ -133,7 +133,7 @@ def test_nodes_that_come_into_contact_are_soft_across_the_surface(make):
     assert np.abs(added - added.T).max() < 1e-12 * size
     assert np.linalg.eigvalsh(added).max() < 1e-9 * size
     status = np.concatenate([z.cpp.nodes()["status"] for z in problem.contact.zones])
-    closed = int((status >= raymortar.Status.STICK).sum())
+    closed = int((status >= raymortar.results.Status.STICK).sum())
     assert closed > 0 and np.linalg.matrix_rank(added, tol=1e-9 * size) == closed
     assert np.abs(found[1] - 0.3 * found[0]).max() < 1e-9 * size
     assert not found[-1].any()

@@ -18,7 +18,7 @@ def path(cell, file, n=2, **options):
     shape = (rigid.Circle, rigid.Sphere)[dim - 2]((*(0.4,) * (dim - 1), 1.5), 0.5)
     body = rigid.Body(shape, name="ball")
     found = press(cell, body, n=n)
-    movie = raymortar.Movie(found.contact, file, **options)
+    movie = raymortar.plotting.Movie(found.contact, file, **options)
 
     def move(t):
         body.move((0.1 * t, *(0.0,) * (dim - 2), -0.1 * t))
@@ -79,15 +79,15 @@ def test_what_is_no_movie_is_refused(folder):
     found = press("triangle", rigid.Circle((0.4, 1.5), 0.5))
     file = folder / "ball.gif"
     with pytest.raises(ContactError, match="there are no results yet"):
-        raymortar.Movie(found.contact, file).add()
+        raymortar.plotting.Movie(found.contact, file).add()
     found.contact.update()
     with pytest.raises(ContactError, match="ball.png must end in .gif"):
-        raymortar.Movie(found.contact, folder / "ball.png")
+        raymortar.plotting.Movie(found.contact, folder / "ball.png")
     with pytest.raises(ContactError, match="fps = 0 must be a positive number"):
-        raymortar.Movie(found.contact, file, fps=0)
+        raymortar.plotting.Movie(found.contact, file, fps=0)
     with pytest.raises(ContactError, match="a movie without pictures: call its add"):
-        raymortar.Movie(found.contact, file).write()
-    movie = raymortar.Movie(found.contact, folder / "nowhere" / "ball.gif")
+        raymortar.plotting.Movie(found.contact, file).write()
+    movie = raymortar.plotting.Movie(found.contact, folder / "nowhere" / "ball.gif")
     movie.add()
     with pytest.raises(ContactError, match="nowhere/ball.gif cannot be written"):
         movie.write()

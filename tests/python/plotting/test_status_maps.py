@@ -10,10 +10,11 @@ import ufl
 from problems import COMM
 
 import raymortar
-from raymortar import ContactError, Coulomb, Status
+from raymortar import ContactError, Coulomb
 from raymortar.plotting import maps
 from raymortar.plotting.drawing import STATUSES
 from raymortar.plotting.labels import AxisOptions
+from raymortar.results import Status
 
 pytest.importorskip("matplotlib")
 

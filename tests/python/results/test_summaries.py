@@ -7,8 +7,8 @@ from problems import COMM, build, stack
 
 import raymortar
 from meshes.scenes import two_blocks
-from raymortar import Status
 from raymortar.core.options.friction import Coulomb
+from raymortar.results import Status
 
 
 @pytest.mark.quick
@@ -67,7 +67,9 @@ def test_problem_steps_and_history_say_what_they_are():
 @pytest.mark.quick
 def test_dir_lists_what_is_public_alone():
     assert set(dir(raymortar)) == {*raymortar.__all__, "__version__"}
-    assert not {"discretization", "interface", "compat", "paths"} & set(dir(raymortar))
+    assert not {"discretization", "interface", "compat", "diagnose"} & set(
+        dir(raymortar)
+    )
     assert all(hasattr(raymortar, name) for name in dir(raymortar))
 
 

@@ -23,6 +23,7 @@ from raymortar import (
     rigid,
     solvers,
 )
+from raymortar.core.solvers.linear import linear_options
 from raymortar.rigid.turning import rotation_matrix, rotation_vector, turning
 from raymortar.solvers import automatic
 
@@ -281,9 +282,9 @@ def test_multigrid_for_the_bodies_takes_it(law):
 
 def test_large_problems_with_it_get_multigrid(monkeypatch):
     found = press("tetrahedron", free_ball("tetrahedron", "sphere"), **LAWS["penalty"])
-    assert solvers.linear_options(found.problem, None, "none_") == solvers.direct()
+    assert linear_options(found.problem, None, "none_") == solvers.direct()
     monkeypatch.setattr(automatic, "MOST_DIRECT", {1: 0, 2: 0})
-    assert "ksp_python_type" in solvers.linear_options(found.problem, None, "none_")
+    assert "ksp_python_type" in linear_options(found.problem, None, "none_")
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,12 @@ from raymortar import (
     ContactWarning,
     ConvergenceError,
     Coulomb,
-    DisplacementControl,
     LoadSteps,
     NewtonSolver,
     Penalty,
     rigid,
 )
+from raymortar.paths import DisplacementControl
 
 FRICTION = {"method": AugmentedLagrangian(40.0), "friction": Coulomb(0.3)}
 

@@ -25,6 +25,7 @@ from raymortar import (
     solvers,
 )
 from raymortar.core import compat
+from raymortar.core.solvers.linear import linear_options
 from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
@@ -310,13 +311,11 @@ def test_inexact_newton_keeps_its_iterations(monkeypatch):
 def test_what_the_user_says_of_the_solver_counts(given, monkeypatch):
     monkeypatch.setattr(automatic, "MOST_DIRECT", {2: 0})
     problem = blocks().problem
-    assert solvers.linear_options(problem, given, "none_") == solvers.direct()
-    assert "ksp_python_type" in solvers.linear_options(
-        problem, {"snes_max_it": 7}, "none_"
-    )
+    assert linear_options(problem, given, "none_") == solvers.direct()
+    assert "ksp_python_type" in linear_options(problem, {"snes_max_it": 7}, "none_")
     table = PETSc.Options("some_")
     table["pc_type"] = "lu"
-    assert solvers.linear_options(problem, None, "some_") == solvers.direct()
+    assert linear_options(problem, None, "some_") == solvers.direct()
     table.delValue("pc_type")
 
 
@@ -325,7 +324,7 @@ def test_two_dimensions_and_further_unknowns_stay_direct(monkeypatch):
     flat = build(stack("triangle", (2, 2)), bcs=lambda V, s: [fix(V, s, "bottom")])
     mixed = taylor_hood("blocked").problem
     for problem in (flat.problem, mixed):
-        assert solvers.linear_options(problem, None, "none_") == solvers.direct()
+        assert linear_options(problem, None, "none_") == solvers.direct()
 
 
 @pytest.mark.mpi

@@ -8,15 +8,14 @@ from clicking import clicking
 from problems import COMM, SOLVERS, worst
 
 from raymortar import (
-    ArcLength,
     AugmentedLagrangian,
     Coulomb,
-    DisplacementControl,
     LoadSteps,
     Penalty,
     SNESSolver,
     solvers,
 )
+from raymortar.paths import ArcLength, DisplacementControl
 
 alone = pytest.mark.skipif(COMM.size > 1, reason="factors are kept on one rank")
 

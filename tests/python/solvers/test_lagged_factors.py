@@ -15,7 +15,6 @@ from raymortar import (
     ContactError,
     ConvergenceError,
     Coulomb,
-    DisplacementControl,
     LoadSteps,
     NonlinearProblem,
     SNESSolver,
@@ -24,8 +23,10 @@ from raymortar import (
     solvers,
 )
 from raymortar.core import compat
+from raymortar.core.solvers.linear import linear_options
+from raymortar.paths import DisplacementControl
 from raymortar.solvers import automatic
-from raymortar.solvers.lagged_factors import LaggedFactorsSolver
+from raymortar.solvers.lagging_factors import LaggedFactorsSolver
 
 
 def lean(x):
@@ -254,16 +255,16 @@ def test_it_is_the_choice_for_problems_of_some_size(monkeypatch):
         material="neo-hookean",
         bcs=lambda V, s: [fix(V, s, "bottom")],
     ).problem
-    assert solvers.linear_options(problem, None, "none_") == solvers.direct()
+    assert linear_options(problem, None, "none_") == solvers.direct()
     size = problem.contact.layout.size_global
     monkeypatch.setattr(automatic, "LAGGED", {2: (size, size)})
     package = "umfpack" if COMM.size == 1 else "mumps"
     wanted = solvers.lagged_factors(package)
-    assert solvers.linear_options(problem, None, "none_") == wanted
+    assert linear_options(problem, None, "none_") == wanted
     # What completes the choice does not replace it
-    assert solvers.linear_options(problem, {"lagged_most": 7}, "none_") == wanted
+    assert linear_options(problem, {"lagged_most": 7}, "none_") == wanted
     given = {"pc_type": "lu"}
-    assert solvers.linear_options(problem, given, "none_") == solvers.direct()
+    assert linear_options(problem, given, "none_") == solvers.direct()
 
 
 @pytest.mark.parametrize(

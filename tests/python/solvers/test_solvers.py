@@ -6,16 +6,10 @@ from interacting import Stack
 from problems import COMM, SOLVERS, build, fix, stack, tolerate, worst
 
 from meshes.scenes import two_blocks
-from raymortar import (
-    AugmentedLagrangian,
-    ContactWarning,
-    Coulomb,
-    FixedPointSolver,
-    Penalty,
-    SNESSolver,
-    solvers,
-)
+from raymortar import AugmentedLagrangian, Coulomb, Penalty, SNESSolver, solvers
 from raymortar.core import compat
+from raymortar.solvers import automatic
+from raymortar.solvers.levels import near_nullspace
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(200.0)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}
@@ -55,7 +49,7 @@ def solution(problem, options, solver=SNESSolver):
 @pytest.mark.mpi
 @pytest.mark.parametrize("friction", FRICTIONS)
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("multigrid", solvers.MULTIGRIDS)
+@pytest.mark.parametrize("multigrid", automatic.MULTIGRIDS)
 def test_answer_is_that_of_the_direct_solver(multigrid, method, friction):
     case = method, FRICTIONS[friction]
     # On one mesh: another of the same scene may be cut differently between ranks
@@ -152,23 +146,13 @@ def test_options_are_those_of_the_prefix():
     assert inner.getTolerances()[3] == 7
 
 
-@pytest.mark.parametrize("name", ["gamg", "gamg-bounded", "hypre"])
-def test_older_names_are_the_one_that_stays(name):
-    with pytest.warns(ContactWarning, match="is iterative\\('bodies'\\)"):
-        assert solvers.iterative(name) == solvers.iterative()
-
-
-def test_a_name_of_the_last_release_is_there():
-    with pytest.warns(ContactWarning, match="SPRINGS has no use any more"):
-        assert solvers.SPRINGS
+def test_internals_have_other_places():
+    with pytest.warns(
+        DeprecationWarning, match="is raymortar.solvers.levels.near_null"
+    ):
+        assert solvers.near_nullspace is near_nullspace
     with pytest.raises(AttributeError, match="no attribute 'lagged'"):
         solvers.lagged
-
-
-def test_a_fixed_point_is_newtons_method():
-    solver = SNESSolver(blocks("augmented", None, n=1).problem)
-    with pytest.warns(ContactWarning, match="is the solver itself"):
-        assert FixedPointSolver(solver, max_outer=3) is solver
 
 
 def test_unknown_multigrid_is_refused():
@@ -184,7 +168,7 @@ def test_rigid_motions_cost_no_energy():
     problem.contact.u.x.array[:] = 0.0
     compat.assemble_jacobian(K, problem.problem.a, [])
     K.assemble()
-    near = solvers.near_nullspace(problem.contact).getVecs()
+    near = near_nullspace(problem.contact).getVecs()
     assert len(near) == 6
     for i, v in enumerate(near):
         assert [abs(v.dot(w)) for w in near] == pytest.approx(np.eye(6)[i], abs=1e-12)

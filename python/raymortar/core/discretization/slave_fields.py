@@ -15,7 +15,6 @@ from mpi4py import MPI
 import numpy as np
 import ufl
 from dolfinx.fem import Function, FunctionSpace
-from scipy.spatial import cKDTree
 
 from .. import compat
 from ..compat import Array, Indices, Mask
@@ -201,6 +200,8 @@ def _dofs_at(f: Function, x: Array) -> Indices:
     """Find a Function's local block dofs at their positions (..., 3)."""
     if x.size == 0:
         return np.empty(x.shape[:-1], dtype=np.int32)
+    from scipy.spatial import cKDTree
+
     nodes = f.function_space.tabulate_dof_coordinates()
     _, found = cKDTree(nodes).query(x)
     return np.asarray(found, dtype=np.int32)

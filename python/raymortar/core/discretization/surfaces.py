@@ -10,8 +10,6 @@ from mpi4py import MPI
 
 import numpy as np
 from dolfinx.fem import FunctionSpace
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .. import compat
 from ..compat import Array, Indices, Mask
@@ -41,6 +39,10 @@ def bodies_of_facets(bodies: Bodies, surface: Any) -> Indices:
 
 def connected(rows: Indices, n: int) -> Global:
     """Find the smallest of the entities that each of n entities is connected with."""
+    # To import SciPy takes longer than all of this package
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     one, other = np.repeat(rows[:, 0], rows.shape[1] - 1), rows[:, 1:].ravel()
     graph = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(n, n))
     _, part = connected_components(graph, directed=False)

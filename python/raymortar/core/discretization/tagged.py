@@ -11,7 +11,6 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 from dolfinx.mesh import Mesh
-from scipy.sparse import csr_array
 
 from .. import compat
 from ..compat import Array, Indices
@@ -172,6 +171,8 @@ def _middles(surface: Surface) -> tuple[Array, Array]:
 
 def _pairs_at_vertices(mine: Global, others: Global) -> tuple[Indices, Indices]:
     """Rows of two tables (facets, corners) that have a number in common, each once."""
+    from scipy.sparse import csr_array
+
     corners = np.concatenate([mine, others])
     known, number = np.unique(corners, return_inverse=True)
     row = np.repeat(np.arange(len(corners)), corners.shape[1])

@@ -41,7 +41,7 @@ class NewtonSolver(CoupledSolver):
         Problem to solve.
     options
         PETSc options of the linear solver, without prefix. The default depends on the
-        size, see `solvers.linear_options`.
+        size, see `solvers.iterative`.
 
     Attributes
     ----------
@@ -249,7 +249,7 @@ class SNESSolver(CoupledSolver):
         "snes_monitor": None}``. They complete the defaults: Newton's method with full
         steps (for a penalty with friction the line search ``bt``), ``snes_rtol`` 1e-10,
         ``snes_atol`` the rounding error of the residual, and a linear solver that
-        depends on the size, see `solvers.linear_options`.
+        depends on the size, see `solvers.iterative`.
     matrix
         Matrix of another solver of this problem, to share it.
     prefix

@@ -7,9 +7,8 @@ import inspect
 import sys
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from difflib import get_close_matches
 from typing import Any, cast
 
 from mpi4py import MPI
@@ -75,7 +74,7 @@ class CoupledSolver(ABC):
     def __setattr__(self, name: str, value: Any) -> None:
         known = _settings(type(self))
         is_new = name not in known and not name.startswith("_")
-        if is_new and get_close_matches(name, {*known, *_NAMES}, 1, 0.75):
+        if is_new and _resembles(name, [*known, *_NAMES]):
             raise AttributeError(
                 f"{type(self).__name__} has no {name}: there are {', '.join(known)}"
             )
@@ -223,6 +222,14 @@ class CoupledSolver(ABC):
         right.destroy()
 
 
+def _resembles(name: str, known: Sequence[str]) -> bool:
+    """Whether a name is nearly one of those that are known."""
+    # It takes a while to import, and only unusual programs need it
+    from difflib import get_close_matches
+
+    return bool(get_close_matches(name, known, 1, 0.75))
+
+
 @functools.cache
 def _settings(solver: type[CoupledSolver]) -> list[str]:
     """Public attributes of a type of solver that can be set."""
@@ -296,23 +303,3 @@ def check_unknowns(problem: CoupledProblem, u: Any) -> None:
     if set(names) & set(named):
         message += ", a Function of the same name that Contact was not given: problem.u"
     raise_everywhere(problem.comm, None if fits else message)
-
-
-def FixedPointSolver(solver: CoupledSolver, max_outer: int = 20) -> CoupledSolver:
-    """Give a solver back, with a warning.
-
-    A fixed point on the pairing around Newton's method took 1.1 to 1.4 times its time.
-    The name goes in the next release.
-
-    Parameters
-    ----------
-    solver
-        `NewtonSolver` or `SNESSolver`.
-    max_outer
-        Left out.
-    """
-    warn(
-        "FixedPointSolver(solver) is the solver itself, which takes no longer: its name "
-        "goes in the next release",
-    )
-    return solver

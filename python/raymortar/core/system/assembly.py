@@ -368,7 +368,8 @@ class ContactAssembly:
     def _tips(self) -> Mask:
         """Mark the local nodes of u at which faces of a crack meet, both of slave and
         master: their gaps are zero at any u. Collective."""
-        V, found = self.surfaces.u.function_space, False
+        V = self.surfaces.u.function_space
+        found: Mask | bool = False
         for zone in self.zones:
             if zone.facets.has_tips:
                 sides = [marked_everywhere(V, one.dofs) for one in zone.sides]

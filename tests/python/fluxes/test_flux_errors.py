@@ -14,12 +14,11 @@ from raymortar import (
     Contact,
     ContactError,
     ContactWarning,
-    Flux,
     NonlinearProblem,
-    ToolField,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.fluxes import Flux, ToolField
 
 
 def law(T_s, T_m, p, g, v):

@@ -22,10 +22,10 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
-    Status,
     rigid,
 )
 from raymortar.core import compat
+from raymortar.results import Status
 
 
 def indented(cell, n, depth=0.03, factor=1.0, unit=1.0, **options):

@@ -11,11 +11,11 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import block_diag, bsr_matrix, coo_array, csr_matrix
 
-from ... import _cpp
-from ..compat import Array
-from ..discretization.joined import Places
-from ..discretization.layout import CoupledRows
-from ..discretization.ranks import destroy
+from . import _cpp
+from .core.compat import Array
+from .core.discretization.joined import Places
+from .core.discretization.layout import CoupledRows
+from .core.discretization.ranks import destroy
 
 Entries = tuple[Any, Any, Array]
 

@@ -11,7 +11,8 @@ from problems import COMM, DIMENSION, SOLVERS, build, fix
 from told import keep_warnings, refuse_warnings
 
 from meshes.scenes import two_blocks
-from raymortar import ContactLost, ContactWarning, ConvergenceError, LoadSteps
+from raymortar import ContactWarning, ConvergenceError, LoadSteps
+from raymortar.core.errors import ContactLost
 
 GAP = 0.01
 
