@@ -132,6 +132,9 @@ BEFORE: dict[str, list[str | None]] = {
     "docs/dynamics.md": [
         "rho, v0, history, energy = 1.0, fem.Function(V), None, energy * ufl.dx\n"
         "stresses_and_loads = residual",
+        PROBLEM + "rho, alpha, beta = 1.0, 0.1, 0.2\n"
+        "def eps(w):\n    return ufl.sym(ufl.grad(w))\n"
+        "def sigma(w):\n    return 2.0 * eps(w)\n",
         PROBLEM + "from raymortar.dynamics import Inertia, TimeSteps\n"
         "a = ufl.TrialFunction(V)\n"
         "inertia = Inertia(ufl.inner(a, v) * ufl.dx, contact)",
@@ -278,7 +281,7 @@ BEFORE: dict[str, list[str | None]] = {
 # Fewer steps than the pages have, and forces after a solve
 SHORTER = {
     ("docs/dynamics.md", 0): ("end=1.0", "end=2e-3"),
-    ("docs/dynamics.md", 1): ("end=1.0", "end=2e-3"),
+    ("docs/dynamics.md", 2): ("end=1.0", "end=2e-3"),
     ("docs/fluxes.md", 3): ("steps=50", "steps=2"),
     ("docs/tie.md", 4): ("steps=10", "steps=2"),
     ("docs/load_steps.md", 2): ("steps=40", "steps=4"),
