@@ -236,6 +236,7 @@ BEFORE: dict[str, list[str | None]] = {
         "contact = raymortar.Contact(u, facets, pairs, raymortar.Penalty())",
         None,  # test_rigid_tie
         None,  # test_pretension
+        "names = {'tape': names['upper_bottom'], 'plate': names['lower_top']}",
         "from dolfinx import mesh as dmesh\nfrom raymortar.core import compat\n"
         "right = dmesh.locate_entities_boundary(mesh, 1, lambda x: x[0] > 0.45)\n"
         "half = np.intersect1d(right, facets.find(tag['lower_top']))\n"
@@ -283,7 +284,7 @@ SHORTER = {
     ("docs/dynamics.md", 0): ("end=1.0", "end=2e-3"),
     ("docs/dynamics.md", 2): ("end=1.0", "end=2e-3"),
     ("docs/fluxes.md", 3): ("steps=50", "steps=2"),
-    ("docs/tie.md", 4): ("steps=10", "steps=2"),
+    ("docs/tie.md", 5): ("steps=10", "steps=2"),
     ("docs/load_steps.md", 2): ("steps=40", "steps=4"),
     ("docs/output.md", 2): ("40 * (", "2 * ("),
     ("docs/output.md", 3): ("steps=20", "steps=2"),
@@ -299,7 +300,7 @@ NEEDS = {
     ("docs/your_own_assembly.md", 2): "dolfinx.nls.petsc",
     ("docs/output.md", 0): "meshio",
     ("docs/output.md", 3): "matplotlib",
-    ("docs/tie.md", 4): "matplotlib",
+    ("docs/tie.md", 5): "matplotlib",
     ("docs/rigid.md", 2): "meshio",
 }
 BLOCKS = [

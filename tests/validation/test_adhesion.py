@@ -52,7 +52,8 @@ def test_a_path_takes_the_toughness_of_its_mode(mode, exponent, mixity):
     total = energy * s**2
     r = law.respond((1.0 - mixity) * total, mixity * total, np.zeros(len(s)))
     # t . d delta = (1 - D) dE / 2
-    work = np.trapz((1.0 - r.damage) * energy * s, s)
+    traction = (1.0 - r.damage) * energy * s
+    work = 0.5 * np.sum((traction[1:] + traction[:-1]) * np.diff(s))
     np.testing.assert_allclose(work, exact, 1e-7)
     np.testing.assert_allclose(r.dissipated[-1], exact, 1e-13)
     assert r.damage[-1] == 1.0
@@ -273,7 +274,7 @@ def test_halved_steps_and_states_take_damage_back():
     blocks = Blocks(modulus=400.0)
     critical = criticals(blocks.bond.law)[0]
     history = History(blocks.problem)
-    blocks.solver.snes.setTolerances(max_it=4)
+    blocks.solver.snes.setTolerances(max_it=2)
 
     def apply(t):
         blocks.top.value[1] = 1.5 * critical * t

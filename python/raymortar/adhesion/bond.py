@@ -25,6 +25,9 @@ from ..core.state import Quantity
 from ..core.terms import Term
 from .points import BondedPoints, Opening, Side, opening_of
 
+# Share of the opening at which damage begins that is rounding
+ROUNDING = 1e-6
+
 
 class Springs(NamedTuple):
     """Springs at points (n,), and what damage leaves of them."""
@@ -148,7 +151,9 @@ class Bond(Term):
         q = at.slopes.reshape(n, size)
         bent = springs.tension - K_s * at.along
         blocks = bent[:, None, None] * at.bends.reshape(n, size, size)
-        stiff = K_n * (springs.opening > 0.0) - K_s
+        # At an opening of zero, rounding must not choose: springs that will be stretched
+        first = np.atleast_1d(self.law.strength)[0] / K_n
+        stiff = K_n * (springs.opening > -ROUNDING * first) - K_s
         blocks += stiff[:, None, None] * q[:, :, None] * q[:, None]
         own = np.arange(len(at.normal[0]) if n else 0)
         blocks[:, own, own] += K_s
