@@ -58,6 +58,10 @@ def run(demo, output, *arguments):
         assert (output / f"{demo.__name__}{suffix}").stat().st_size > 0
 
 
+# Coarser than the demo as it stands, so that few facets carry the contact, as is said
+FEW = pytest.mark.filterwarnings("ignore:.*facets? carr.*:raymortar.ContactWarning")
+
+
 @pytest.mark.quick
 @pytest.mark.mpi
 def test_cylinder_agrees_with_hertz(folder):
@@ -179,6 +183,7 @@ def test_a_heap_is_in_balance(folder):
 
 
 @pytest.mark.mpi
+@FEW
 def test_press_fit_is_balanced_and_slides_at_the_limit(folder):
     run(press_fit, folder, "--size", "4", "--steps", "40")
 
@@ -220,6 +225,7 @@ def test_die_is_in_equilibrium_and_slides_at_the_limit(folder, friction):
     run(ironing_3d, folder, "--size", "2", "--steps", "8", "--friction", friction)
 
 
+@FEW
 def test_shells_store_what_the_plates_do(folder):
     run(shells, folder, "--size", "2", "--steps", "5", "--closing", "2.5")
 
