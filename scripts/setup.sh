@@ -18,8 +18,8 @@ TOOL_PACKAGES=(g++ cmake ninja-build ccache pkgconf libeigen3-dev pybind11-dev
 PYTHON_PACKAGES=(python3-dolfinx python3-dolfinx-real python3-petsc4py-real
   python3-gmsh python3-h5py python3-matplotlib python3-pytest python3-pytest-xdist
   python3-scipy)
-# Tests that need them skip without them: installed where apt can
-OPTIONAL_PACKAGES=(python3-dolfinx-mpc)
+# Installed where apt can; scripts/test names some
+OPTIONAL_PACKAGES=()
 
 note() { printf -- '-- %s\n' "$*" >&2; }
 

@@ -5,6 +5,14 @@
 
 namespace raymortar::bindings
 {
+/// PETSc objects come as petsc4py's `handle`: the C pointer as a number
+template <class Handle>
+Handle from_handle(std::uintptr_t handle)
+{
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): petsc4py gives nothing else
+  return reinterpret_cast<Handle>(handle);
+}
+
 void bind_geometry(py::module_& m);
 void bind_surface(py::module_& m);
 void bind_zone_input(py::module_& m);

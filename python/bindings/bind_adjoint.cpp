@@ -9,12 +9,6 @@ namespace raymortar::bindings
 {
 namespace
 {
-PetscMatrix matrix(std::uintptr_t handle)
-{
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): petsc4py gives nothing else
-  return reinterpret_cast<PetscMatrix>(handle);
-}
-
 /// Motions as rows of a shift and the rows of a slope
 std::vector<AffineRate> motions(const Array<double>& rows)
 {
@@ -53,7 +47,7 @@ void bind_adjoint(py::module_& m)
       [](const Zone& z, std::uintptr_t A, const std::string& kind, Index tool,
          const Array<double>& now, const Array<double>& old)
       {
-        WholeBlocks blocks(z, matrix(A));
+        WholeBlocks blocks(z, from_handle<PetscMatrix>(A));
         by_parameter(z.interface(),
                      {kind_of(kind), tool, motions(now), motions(old)}, blocks);
       },

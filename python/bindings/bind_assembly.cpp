@@ -9,14 +9,6 @@ namespace raymortar::bindings
 {
 namespace
 {
-/// PETSc objects come as petsc4py's `handle`: the C pointer as a number
-template <class Handle>
-Handle from_handle(std::uintptr_t handle)
-{
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): petsc4py gives nothing else
-  return reinterpret_cast<Handle>(handle);
-}
-
 void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
                        const Array<std::int32_t>& columns,
                        const std::vector<const Zone*>& zones,
@@ -26,6 +18,7 @@ void preallocate_zones(std::uintptr_t A, const Array<std::int32_t>& offsets,
   preallocate(from_handle<PetscMatrix>(A), to_span(offsets), to_span(columns),
               zones, patterns, fields);
 }
+
 /// Whether a preconditioner is to stay while the matrix changes, as SNES asks
 /// by its lag
 bool is_reused(std::uintptr_t pc)

@@ -11,12 +11,6 @@ namespace
 /// NumPy arrays whose memory the library reads and writes: never a copy
 using Shared = py::array_t<double, py::array::c_style>;
 
-PetscVector vector_of(std::uintptr_t handle)
-{
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): petsc4py gives nothing else
-  return reinterpret_cast<PetscVector>(handle);
-}
-
 std::span<double> shared(Shared& a)
 {
   return {a.mutable_data(), static_cast<std::size_t>(a.size())};
@@ -65,8 +59,8 @@ auto residual(const ContactSystem& system, std::uintptr_t b,
 {
   const Lacking lacking{to_span(fixed), to_span(owned), to_span(increment),
                         to_span(of_u), to_span(values)};
-  const Norms found =
-      system.residual(vector_of(b), to_span(volume), lacking, contact);
+  const Norms found = system.residual(from_handle<PetscVector>(b),
+                                      to_span(volume), lacking, contact);
   return std::tuple(to_array(found.residual), to_array(found.forces),
                     to_array(found.lacking), to_array(found.sizes));
 }
@@ -91,10 +85,10 @@ void bind_system(py::module_& m)
            py::arg("multipliers"), py::arg("bodies"))
       .def("to_vector", [](const CoupledValues& v, std::uintptr_t x,
                            const std::vector<double>& scales)
-           { v.to_vector(vector_of(x), scales); })
+           { v.to_vector(from_handle<PetscVector>(x), scales); })
       .def("from_vector", [](CoupledValues& v, std::uintptr_t x,
                              const std::vector<double>& scales)
-           { v.from_vector(vector_of(x), scales); });
+           { v.from_vector(from_handle<PetscVector>(x), scales); });
   py::class_<SystemZone>(m, "SystemZone")
       .def(py::init(&make_zone), py::keep_alive<1, 2>(), py::keep_alive<1, 3>(),
            py::keep_alive<1, 4>(), py::keep_alive<1, 9>(), py::kw_only(),
@@ -109,9 +103,11 @@ void bind_system(py::module_& m)
           py::keep_alive<1, 2>(), py::keep_alive<1, 3>(),
           py::keep_alive<1, 4>(), py::arg("zones"), py::arg("u"),
           py::arg("values"))
-      .def("set_unknowns", [](ContactSystem& s, std::uintptr_t x,
-                              const std::vector<double>& scales, bool anew)
-           { return s.set_unknowns(vector_of(x), scales, anew); })
+      .def("set_unknowns",
+           [](ContactSystem& s, std::uintptr_t x,
+              const std::vector<double>& scales, bool anew) {
+             return s.set_unknowns(from_handle<PetscVector>(x), scales, anew);
+           })
       .def("is_finite", &ContactSystem::is_finite)
       .def("has_moved", &ContactSystem::has_moved)
       .def("is_at", [](const ContactSystem& s, const Array<double>& u)
@@ -119,17 +115,13 @@ void bind_system(py::module_& m)
       .def("loads_changed", &ContactSystem::loads_changed)
       .def("pair", &ContactSystem::pair)
       .def("add_residual", [](const ContactSystem& s, std::uintptr_t b)
-           { s.add_residual(vector_of(b)); })
+           { s.add_residual(from_handle<PetscVector>(b)); })
       .def("residual", &residual)
       .def("lift", [](const ContactSystem& s, std::uintptr_t b,
                       const Array<double>& increment, double alpha)
-           { s.lift(vector_of(b), to_span(increment), alpha); })
-      .def("add_tangent",
-           [](const ContactSystem& s, std::uintptr_t A)
-           {
-             // NOLINTNEXTLINE(performance-no-int-to-ptr)
-             s.add_tangent(reinterpret_cast<PetscMatrix>(A));
-           })
+           { s.lift(from_handle<PetscVector>(b), to_span(increment), alpha); })
+      .def("add_tangent", [](const ContactSystem& s, std::uintptr_t A)
+           { s.add_tangent(from_handle<PetscMatrix>(A)); })
       .def("node_weights",
            [](const ContactSystem& s, std::size_t contact)
            {

@@ -20,6 +20,7 @@ from ..core.discretization.ranks import destroy, sums_at
 from ..core.errors import raise_everywhere, require_agreement, together
 from ..core.gamma.probing import product
 from ..core.interface.point_results import CLOSED, OPEN
+from ..core.interface.present import Follower
 from ..core.interface.zone_data import SpringPoints, ZoneData
 from ..core.state import Quantity
 from ..core.terms import Term
@@ -40,8 +41,8 @@ class Springs(NamedTuple):
     response: Any
 
 
-class Bond(Term):
-    """Points of a contact that adhere: what `Contact.bond` is. Collective.
+class Bond(Term, Follower):
+    """Points of a contact that adhere, as `Contact.bond`. Collective.
 
     They are paired once, undeformed, and keep their partners until the law lets go of
     them. Jumps and tangents at all points are one product of a constant matrix with the
@@ -55,6 +56,7 @@ class Bond(Term):
         Undeformed area that was bonded.
     """
 
+    spoken = "bonds of adhesion"
     is_of_contact = True
     is_linear = False
 
@@ -78,9 +80,7 @@ class Bond(Term):
         self._C: Any = None  # from the unknowns to jumps and tangents
         self._D: Any = None  # of blocks of points
         self._K: Any = None  # of both
-        present = contact.assembly.present
-        present.follow(self)
-        present.on_accept.append(self._accept)
+        contact.assembly.present.follow(self)
 
     def __repr__(self) -> str:
         return f"<Bond of {self._contact!r} by {self.law!r}>"
@@ -195,7 +195,7 @@ class Bond(Term):
 
     # Steps
 
-    def _accept(self) -> None:
+    def step_accepted(self) -> None:
         """Keep the damage of the step that is accepted. Collective."""
         response = self._springs(self._opening()).response
         self._history[:, 0] = response.damage
@@ -230,13 +230,6 @@ class Bond(Term):
         own = np.column_stack([side.facet, side.xi])
         _, nearest = cKDTree(apart * rows[:, :d]).query(apart * own)
         self._history[part] = rows[nearest, d + 1 : d + 3]
-
-    def bring(self) -> None:
-        """Do nothing: points stay."""
-
-    def path_ended(self) -> str | None:
-        """Tell nothing at the end of a path."""
-        return None
 
     # Results
 

@@ -29,7 +29,8 @@ class Control(ABC):
         derivative by it is known here. Not collective."""
 
     def kink(self) -> str | None:
-        """Why there is no derivative by it at this state, if so. Not collective."""
+        """Tell why there is no derivative by it at this state; None where there is one.
+        Not collective."""
         return None
 
     def is_value_of(self, bc: Any) -> bool:

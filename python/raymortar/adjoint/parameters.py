@@ -28,8 +28,8 @@ class OfSlave(Control):
             raise ContactError("controls: a contact is none of the problem's")
 
     def kink(self) -> str | None:
-        """Friction of a multiplier makes couples over gaps that an offset leaves open
-        [theory (3)]: at none these begin with a jump."""
+        """Friction with a multiplier makes couples over gaps that an offset leaves open
+        [theory (3)]: at an offset of zero these couples begin with a jump."""
         contact = self._contact
         if self._kind != "offset" or contact.multiplier is None:
             return None

@@ -14,7 +14,7 @@ from ..core.errors import ContactError, SetUpError, raise_everywhere, together
 from ..core.state import State
 from ..paths.load_steps import LoadSteps
 from .forms import residuals
-from .functionals import Sum, as_functional
+from .functionals import Functional, Sum, as_functional
 from .gradients import add_derivatives, checked, refuse, results, tell_kinks
 from .linear import Linearised
 
@@ -26,6 +26,13 @@ class Record:
     state: State
     data: list[tuple[Any, Array]]  # Functions and Constants of the forms, values
     motions: list[tuple[Any, Array, Array]]  # bodies, their translations and rotations
+
+    def set_data(self) -> None:
+        """Set all that the solve depended on besides the state."""
+        for array, values in self.data:
+            array[...] = values
+        for body, moved, turned in self.motions:
+            body.cpp.moved, body.cpp.turned = moved, turned
 
 
 class Tape:
@@ -96,15 +103,14 @@ class Tape:
     def values(self, J: Any) -> Array:
         """Values of a functional at the ends of all steps, (steps,); of a list of them
         (functionals, steps). Collective."""
-        several = isinstance(J, (list, tuple))
-        functionals = [as_functional(one) for one in (J if several else [J])]
+        functionals = _functionals(J)
         end, found = self.problem.contact.states.state(), []
         for n in range(1, len(self._records)):
             self._go_to(n)
             found.append([one.value(self.problem) for one in functionals])
         self._leave(end)
         table = np.array(found).reshape(-1, len(functionals)).T
-        return table if several else table[0]
+        return table if isinstance(J, (list, tuple)) else table[0]
 
     def gradient(self, J: Any, controls: Any, weights: Any = None) -> Any:
         """Differentiate the sum over all steps of a weight times a functional.
@@ -123,9 +129,9 @@ class Tape:
         -------
         As `adjoint.gradient`.
         """
-        several = J if isinstance(J, (list, tuple)) else [J]
-        factors = self._checked_weights(weights, len(several))
-        whole = Sum([as_functional(one) for one in several], [1.0] * len(several))
+        functionals = _functionals(J)
+        factors = self._checked_weights(weights, len(functionals))
+        whole = Sum(functionals, [1.0] * len(functionals))
         problem, _, those = checked(self.problem, whole, controls)
         found = [one.start(problem) for one in those]
         end, carried = problem.contact.states.state(), None
@@ -133,9 +139,7 @@ class Tape:
             self._go_to(n)
             at = Linearised(problem)
             tell_kinks(problem, those)
-            part = Sum(
-                [as_functional(one) for one in several], factors[:, n - 1].tolist()
-            )
+            part = Sum(functionals, factors[:, n - 1].tolist())
             right = part.by_unknowns(at)
             if carried is not None:
                 right.axpy(-1.0, carried)
@@ -170,10 +174,7 @@ class Tape:
     def _go_to(self, n: int) -> None:
         """Go to the end of a step, before it was accepted. Collective."""
         record, states = self._records[n], self.problem.contact.states
-        for array, values in record.data:
-            array[...] = values
-        for body, moved, turned in record.motions:
-            body.cpp.moved, body.cpp.turned = moved, turned
+        record.set_data()
         unknown = {one.name for one in states.changing()}
         both = self._records[n - 1].state, record.state
         found = {k: both[k in unknown].get(k) for k in {**both[0], **both[1]}}
@@ -181,11 +182,7 @@ class Tape:
 
     def _leave(self, state: State) -> None:
         """Go back to the end of the path. Collective."""
-        last = self._records[-1]
-        for array, values in last.data:
-            array[...] = values
-        for body, moved, turned in last.motions:
-            body.cpp.moved, body.cpp.turned = moved, turned
+        self._records[-1].set_data()
         self.problem.contact.states.restore(state)
 
     def _require_slips_alone(self) -> None:
@@ -223,3 +220,8 @@ class Tape:
                 f"{functionals} functionals and {count} steps"
             )
         return found.reshape(functionals, count)
+
+
+def _functionals(J: Any) -> list[Functional]:
+    """One functional, or several, as a list."""
+    return [as_functional(one) for one in (J if isinstance(J, (list, tuple)) else [J])]

@@ -117,7 +117,7 @@ class Adhesion:
     def bond(
         self, contact: Any, u: Any, facet_tags: Any, pairs: Any, names: Any
     ) -> Any:
-        """Make the term by which they do, from the contact and what tells its surfaces.
+        """Make the term that holds them together. The arguments are those of the contact.
         Collective."""
         raise NotImplementedError
 

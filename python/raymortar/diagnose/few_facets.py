@@ -23,8 +23,8 @@ from .narrow import forces_on_facets, undeformed_middles
 SHARE = 0.02
 # Work from which on they change by 10 % and more
 WRONG = 0.1
-# Facets across, with which the work is that of bodies that bend, and forces hold (the
-# shells of the demo: 36 facets, a work of 0.28, forces within 1.2 %)
+# Facets across from which on forces hold although that work is large, as where bodies
+# bend (the shells of the demo: 36 facets, a work of 0.28, forces within 1.2 %)
 ENOUGH = 4
 
 

@@ -378,10 +378,8 @@ class InertiaTerm(Term):
 
     def _parts(self, bcs: Sequence[Any]) -> list[tuple[float, PETSc.Mat]]:
         """Mass and damping between free unknowns, each with its factor in the step."""
-        fixed, motion = (
-            self._problem.contact.unknowns.owned_prescribed(bcs),
-            self._motion,
-        )
+        motion = self._motion
+        fixed = self._problem.contact.unknowns.owned_prescribed(bcs)
         found = motion.inertia.between_free(fixed)
         return list(zip((motion.equation.factor, motion.rate), found))
 

@@ -31,6 +31,7 @@ from ..core.errors import (
     truth,
     warn,
 )
+from ..core.interface.present import Follower
 from ..core.interface.zone_data import ZoneData
 from ..core.options.user_laws import check_functions, real_values
 from ..core.state import Quantity, of_function
@@ -69,7 +70,7 @@ class Archard:
         return self.k * p * v
 
 
-class Wear:
+class Wear(Follower):
     """Depth of material that contact has lost, which widens its gaps. Collective.
 
     It grows by what each accepted step has done, and is the contact's offset:

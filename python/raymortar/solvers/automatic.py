@@ -176,6 +176,7 @@ class SolverWithFallback(InnerSolvers):
             self.krylov.getPC().setReusePreconditioner(reused)
             if self._solve_by(self.krylov, ksp, b, x) or self._solve_anew(ksp, b, x):
                 return
+            self._drop_blocks()
             self.stalls += 1
             last = self.stalls == MOST_STALLS
             until = "from here on" if last else "for this system"
@@ -186,16 +187,26 @@ class SolverWithFallback(InnerSolvers):
                 f"{until}",
                 page="solves",
             )
-            self.krylov.reset()
         self._solve_directly(ksp, b, x)
 
     def _solve_anew(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> bool:
         """Solve with blocks of the present tangent where those of a former one have not
         served; whether that has converged. Collective."""
-        context = self.krylov.getPC().getPythonContext()
-        if context.was_new:
+        context = self._bodies
+        if context is None or context.was_new:
             return False
-        context.forget()
-        self.krylov.reset()
+        self._drop_blocks()
         x.set(0.0)
         return self._solve_by(self.krylov, ksp, b, x)
+
+    def _drop_blocks(self) -> None:
+        """Free what the preconditioner has of tangents. Collective."""
+        if self._bodies is not None:
+            self._bodies.forget()
+        self.krylov.reset()
+
+    @property
+    def _bodies(self) -> Any:
+        """The `BodiesPreconditioner`; None where the user has chosen another one."""
+        pc = self.krylov.getPC()
+        return pc.getPythonContext() if pc.getType() == "python" else None

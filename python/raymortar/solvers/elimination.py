@@ -86,8 +86,10 @@ class BodiesPreconditioner(KnowsProblem):
         # Cycles that solves with the present blocks have taken more than the first one,
         # and may take
         self._excess, self._most = 0, PRICE
-        # Factors of the rows, and of the multipliers, of the tangent that gave the blocks
+        # Factors of the rows, and of the multipliers, of the tangent that gave the blocks;
+        # those of its rows over those of the present one
         self._scale_then: Array = np.empty(0)
+        self._ratios: Array = np.empty(0)
         self._gamma_then: list[float] = []
 
     def know(
@@ -130,13 +132,14 @@ class BodiesPreconditioner(KnowsProblem):
         S.destroy()  # the solver has it
         self._set_near(pc)
         self._scale_then, self._gamma_then = self._row_factors().copy(), self._gammas()
+        self._ratios = np.ones(len(self._scale_then))
         self._fresh = self._excess = 0
 
     def preSolve(
         self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
     ) -> None:
-        """Count the cycles of a solve."""
-        self._cycles = 0
+        """Count the cycles of a solve, whose rows may have other factors by now."""
+        self._cycles, self._ratios = 0, self._scale_then / self._row_factors()
 
     def postSolve(
         self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
@@ -246,15 +249,14 @@ class BodiesPreconditioner(KnowsProblem):
         self._cycles += 1
         rest, further = x.duplicate(), x.duplicate()
         near, right = part.createVecs()
-        # The rows of the blocks have the factors of then
-        factors = self._scale_then / self._row_factors()
-        right.array[:] = (factors * x.array_r)[self._near_rows]
+        near_rows = self._near_rows
+        right.array[:] = self._ratios[near_rows] * x.array_r[near_rows]
         self._near_contact.solve(right, near)
         y.set(0.0)
         y.array[self._near_rows] = near.array_r
         A.mult(y, rest)
         rest.aypx(-1.0, x)
-        rest.array[:] *= factors
+        rest.array[:] *= self._ratios
         self._cycle(rest, further)
         y.axpy(1.0, further)
         destroy(rest, further, near, right)

@@ -26,6 +26,7 @@ from ..core.errors import (
     together,
 )
 from ..core.interface.point_results import CLOSED
+from ..core.interface.present import Follower
 from ..core.options.methods import Search
 from ..core.state import Quantity
 from ..core.terms import Term
@@ -200,7 +201,7 @@ class OpeningTerm(Term):
             add_entries(A, one, one, np.array([self._stiffness if fixed else 0.0]))
 
 
-class Pretension(Tie):
+class Pretension(Tie, Follower):
     """Two faces of a cut shank, tied but for one opening that carries a force.
 
     A bolt is tightened by a given force and keeps its length afterwards. Cut its shank
@@ -351,10 +352,3 @@ class Pretension(Tie):
             self._term.length = float(values[1]) if values[0] else None
 
         yield Quantity("lock", read, write)
-
-    def bring(self) -> None:
-        """Do nothing: pairs stay."""
-
-    def path_ended(self) -> str | None:
-        """Tell nothing at the end of a path."""
-        return None

@@ -93,6 +93,26 @@ def test_blocks_that_no_longer_serve_are_no_stall(taken):
     assert len(taken) > 1
 
 
+def test_another_preconditioner_may_stall_too():
+    """The user's own, which has no blocks that could be taken anew."""
+    problem = blocks()
+    options = solvers.with_fallback(ksp_max_it=2, pc_type="jacobi")
+    with pytest.warns(ContactWarning, match="the direct one takes over"):
+        one, _ = solved(problem, options)
+    assert one.krylov_solver.getPythonContext().stalls > 0
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stalled_solver_keeps_no_blocks(method):
+    """The direct solver needs the memory."""
+    with pytest.warns(ContactWarning, match="the direct one takes over"):
+        one, _ = solved(
+            blocks(method=METHODS[method]()), solvers.with_fallback(ksp_max_it=2)
+        )
+    context = one.krylov_solver.getPythonContext().krylov.getPC().getPythonContext()
+    assert context.solver is None
+
+
 @pytest.mark.parametrize("options", [solvers.iterative, solvers.with_fallback])
 def test_the_lag_of_snes_counts(options, taken):
     """Its preconditioner serves three tangents, and the pattern is the same."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from typing import Protocol
 from weakref import WeakValueDictionary
@@ -34,14 +34,18 @@ from .unfelt import UnfeltParts
 from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
 
-class Follower(Owner, Protocol):
+class Follower(Owner):
     """Follows the steps of a contact, with arrays of the state that it has."""
 
     def bring(self) -> None:
         """Bring the contact up to date with these before it is paired. Collective."""
 
+    def step_accepted(self) -> None:
+        """Take the step that is accepted, whose end is the present state. Collective."""
+
     def path_ended(self) -> str | None:
         """Return what to warn of when a path has ended, alike on all ranks."""
+        return None
 
 
 class PresentState:
@@ -81,8 +85,6 @@ class PresentState:
             )
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
-        # Called when a step is accepted, with the state at its end
-        self.on_accept: list[Callable[[], None]] = []
         self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
         self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
@@ -220,8 +222,8 @@ class PresentState:
     def accept(self) -> None:
         """Accept the step: the present state becomes the old one. Collective."""
         self._unknowns.pull()  # each contact has a displacement of its own
-        for call in self.on_accept:
-            call()
+        for one in self.followers:
+            one.step_accepted()
         self.u_old[:] = self._u.x.array
         self.unfelt.accept()
         self.steps += 1

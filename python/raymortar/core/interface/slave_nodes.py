@@ -215,6 +215,18 @@ def held_slaves(surfaces: ContactSurfaces, marker: Mask) -> tuple[bool, bool]:
     return bool(held[0]), bool(held[1])
 
 
+def crack_tips(surfaces: ContactSurfaces) -> Mask:
+    """Mark the local dofs of u at the tips of cracks, where slave and master share nodes:
+    gaps there are zero at any u. Collective."""
+    V = surfaces.u.function_space
+    found = np.zeros(len(surfaces.u.x.array) // V.mesh.geometry.dim, dtype=bool)
+    for zone in surfaces.zones:
+        if zone.facets.has_tips:
+            slave, master = (marked_everywhere(V, one.dofs) for one in zone.sides)
+            found |= slave & master
+    return np.repeat(found, V.mesh.geometry.dim)
+
+
 def refuse_held_on_tools(surfaces: ContactSurfaces, marker: Mask) -> None:
     """Raise for slaves prescribed throughout on rigid bodies that are not free.
 

@@ -15,7 +15,6 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Mask
-from ..discretization.ranks import marked_everywhere
 from ..errors import ContactError, is_real_number, together, warn
 from ..gamma.probing import VolumePattern
 from ..gamma.stiffness import (
@@ -30,6 +29,7 @@ from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
 from ..interface.slave_nodes import (
+    crack_tips,
     crossing,
     held_slaves,
     refuse_held,
@@ -359,22 +359,10 @@ class ContactAssembly:
         refuse_held_on_tools(surfaces, found.u)
         found.some_held, some_nodes = held_slaves(surfaces, found.u)
         if any(zone.facets.has_tips for zone in surfaces.zones):
-            found.held = u | np.repeat(self._tips(), surfaces.zones[0].sides[0].gdim)
-            some_nodes = True
+            found.held, some_nodes = u | crack_tips(surfaces), True
         if some_nodes or self._crosses:
             found.moduli = self.moduli(bcs)
         return found
-
-    def _tips(self) -> Mask:
-        """Mark the local nodes of u at which faces of a crack meet, both of slave and
-        master: their gaps are zero at any u. Collective."""
-        V = self.surfaces.u.function_space
-        found: Mask | bool = False
-        for zone in self.zones:
-            if zone.facets.has_tips:
-                sides = [marked_everywhere(V, one.dofs) for one in zone.sides]
-                found = found | (sides[0] & sides[1])
-        return np.asarray(found)
 
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
