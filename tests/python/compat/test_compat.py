@@ -182,6 +182,16 @@ def test_points_are_in_the_boxes_of_their_cells():
     assert pairs == own if len(cells) > 1 else pairs >= own
 
 
+def test_a_cell_alone_is_a_candidate_for_each_point():
+    """DOLFINx 0.9's tree of one box reads memory of others for a point outside it."""
+    mesh = square()
+    cells = np.arange(mesh.topology.index_map(2).size_local, dtype=np.int32)[-1:]
+    x = np.linspace(-9.0, 9.0, 200).reshape(100, 2)
+    at, found = compat.points_in_boxes(mesh, cells, x)
+    assert at.tolist() == list(range(100))
+    assert found.tolist() == cells.tolist() * 100
+
+
 def test_meshtags_take_any_order():
     mesh = square()
     facets = compat.exterior_facets(mesh)
