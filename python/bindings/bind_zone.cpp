@@ -68,6 +68,11 @@ py::dict points(const Zone& z)
     out["slip"] = to_array(r.slip, vector);
     out["closing"] = to_array(r.closing);
     out["dissipated"] = to_array(r.dissipated);
+    if (s.has_elastic_slip())
+    {
+      out["elastic_slip"] = to_array(r.elastic_slip, vector);
+      out["elastic_energy"] = to_array(r.elastic_energy);
+    }
   }
   return out;
 }

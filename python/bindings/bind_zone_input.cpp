@@ -82,7 +82,9 @@ void bind_zone_input(py::module_& m)
   py::enum_<TieGap>(m, "TieGap")
       .value("keep", TieGap::keep)
       .value("close", TieGap::close);
-  py::class_<Coulomb>(m, "Coulomb").def(py::init<double>(), py::arg("mu"));
+  py::class_<Coulomb>(m, "Coulomb")
+      .def(py::init<double>(), py::arg("mu"))
+      .def_readwrite("elastic_slip", &Coulomb::elastic_slip);
   py::class_<Tresca>(m, "Tresca").def(py::init<double>(), py::arg("bound"));
   py::class_<Stick>(m, "Stick").def(py::init<>());
   py::class_<PointBound>(m, "PointBound").def(py::init<>());

@@ -47,6 +47,7 @@ class Strategy(Enum):
     pang: int
 
 class Coulomb:
+    elastic_slip: float
     def __init__(self, mu: float) -> None: ...
 
 class Tresca:

@@ -13,6 +13,7 @@ from tangents import Pair
 
 from raymortar import AugmentedLagrangian, Contact, Coulomb, Penalty, Stick, Tresca
 from raymortar.core import compat
+from raymortar.core.discretization import facets
 
 NONE, OPEN, STICK, SLIP = 0, 1, 2, 3
 METHODS = {
@@ -56,7 +57,7 @@ class FrictionCase(states.Case):
 
 def set_history(contact, scene, seed, drag=DRAG):
     """A random accepted state, with random traction in the springs: with a multiplier
-    they hold lengths."""
+    and with elastic slip they hold lengths."""
     rng, V = np.random.default_rng(1000 + seed), contact.u.function_space
     X, upper = states.dof_positions(V), states.upper_dofs(scene, V)
     u = states.smooth_field(rng, X, 0.05)
@@ -69,10 +70,28 @@ def set_history(contact, scene, seed, drag=DRAG):
         if zone.traction_old is not None:
             size = zone.traction_old.shape
             one = states.TRACTION
-            if contact.multiplier is not None:
+            if contact.multiplier is not None or is_elastic(contact):
                 one /= states.GAMMA
             zone.traction_old = rng.uniform(-1.0, 1.0, size) * one
             zone.cpp.set_field("traction_old", zone.traction_old)
+        if is_elastic(contact) and zone.has_law_at_nodes:
+            stretch_nodes(zone, states.TRACTION / states.GAMMA)
+
+
+def is_elastic(contact):
+    return contact.surfaces.options.has_elastic_slip
+
+
+def stretch_nodes(zone, size):
+    """Give each node an elastic slip of this size, a function of its place."""
+    surface, rows = zone.facets.slave_surface, zone.spring_points
+    d, facet = surface.gdim, rows[:, 0].astype(int)
+    X = surface.X[surface.facet_nodes[facet]]
+    shape, degree = surface.shape, surface.node_degree
+    x = facets.interpolate(shape, degree, X, rows[:, 1:d])
+    phases = np.outer(x @ np.linspace(7.0, 3.0, d), np.linspace(1.0, 2.0, d))
+    rows[:, d + 1 :] = size * np.sin(phases)
+    zone.cpp.set_spring_points(rows)
 
 
 def set_both(contact, scene, seed):
@@ -122,6 +141,8 @@ def law_for(case, scene, seed, **options):
     """Friction law that puts a random state in a regime; None: too near q = 0."""
     if case.law == "stick":
         return Stick()
+    if case.law == "elastic":
+        return elastic_law_for(case, scene, seed, **options)
     sticking = case.contact(scene, Stick(), **options)
     set_both(sticking, scene, seed)
     q, p = trial_traction(sticking)
@@ -134,6 +155,19 @@ def law_for(case, scene, seed, **options):
         "mixed": lambda: widest(ratio),
     }[case.regime]()
     return Coulomb(limit) if case.law == "coulomb" else Tresca(limit)
+
+
+def elastic_law_for(case, scene, seed, **options):
+    """The law with an elastic slip that does so; None: there is none."""
+    wanted = {"stick": {STICK}, "slip": {SLIP}, "mixed": {STICK, SLIP}}[case.regime]
+    for size in np.geomspace(20.0, 0.01, 12) * states.TRACTION / states.GAMMA:
+        law = Coulomb(0.3, elastic_slip=size)
+        contact = case.contact(scene, law, **options)
+        set_both(contact, scene, seed)
+        status = gathered.points(contact)["status"]
+        if set(status[status != NONE]) == wanted:
+            return law
+    return None
 
 
 def check_regime(contact, regime):

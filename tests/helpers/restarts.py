@@ -161,6 +161,20 @@ CASES = {
     "hexahedra": lambda *of: blocks(
         *of, dim=3, cell="hexahedron", friction=Coulomb(0.3)
     ),
+    "elastic slip at points": lambda *of: blocks(
+        *of,
+        cell="triangle",
+        degree=2,
+        method=AugmentedLagrangian(condition="points"),
+        friction=Coulomb(0.3, elastic_slip=0.01),
+    ),
+    "elastic slip at nodes": lambda *of: blocks(
+        *of,
+        dim=3,
+        cell="hexahedron",
+        method=AugmentedLagrangian(condition="nodes"),
+        friction=Coulomb(0.3, elastic_slip=0.01),
+    ),
     "held along the surface": held,
     "wheel": wheel,
 }

@@ -79,7 +79,7 @@ class Slider:
         ]
         if callable(method):
             method = method(E / unit)
-        friction = mu if isinstance(mu, Stick) else Coulomb(mu)
+        friction = mu if isinstance(mu, (Stick, Coulomb)) else Coulomb(mu)
         self.contact = Contact(
             self.u, facets, [(SLAVE, MASTER)], method, friction=friction
         )

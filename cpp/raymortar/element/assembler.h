@@ -107,7 +107,9 @@ struct ContactState
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
   /// width gdim; empty: none
   FacetField traction_old;
-  SpringPoints spring_points; ///< what that lacks at points; empty: nothing
+  /// What that lacks at points; with a multiplier elastic slip there, or at the
+  /// nodes of each facet; empty: nothing
+  SpringPoints spring_points;
   Segmentation segmentation;
   SegmentRules segment_rules;
   IntegrationPoints points;
@@ -120,6 +122,12 @@ struct ContactState
   [[nodiscard]] bool has_law_at_nodes() const
   {
     return condition == Condition::nodes and multipliers.components > 0;
+  }
+
+  /// Whether friction gives a part of the slip back
+  [[nodiscard]] bool has_elastic_slip() const
+  {
+    return friction and elastic_slip_of(*friction) > 0.0;
   }
 
   /// Whether slaves meet tools, which are no facets and have no unknowns
@@ -162,6 +170,11 @@ struct PointResults
   std::vector<double> friction;
   /// Energy per area that friction takes in the step, (points,); friction only
   std::vector<double> dissipated;
+  /// Elastic slip of a law that has it, along the traction, (points, gdim);
+  /// empty: none. Length
+  std::vector<double> elastic_slip{};
+  /// Energy per area that it stores, (points,); empty: none
+  std::vector<double> elastic_energy{};
 };
 
 /// Takes an element's block: residual (size,) or tangent (size, size) row-major

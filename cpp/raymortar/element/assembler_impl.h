@@ -43,6 +43,18 @@ struct PointsOf : AnyPoints<D, Law>
   {
     return response.status;
   }
+
+  /// Add what a law with elastic slip has at a point
+  void add_elastic_slip(const HitPoint<D, Law, false>& p, std::size_t q,
+                        PointResults& r) const
+  {
+    if constexpr (has_cone_at_points<Law>)
+    {
+      const Vec<D> slip = p.elastic_slip();
+      Eigen::Map<Vec<D>>(r.elastic_slip.data() + q * D) = slip;
+      r.elastic_energy[q] = 0.5 * dot<D>(slip, p.response.t);
+    }
+  }
 };
 
 /// @tparam Points Has the members of PointsOf
@@ -254,6 +266,8 @@ private:
       r.closing[q] = p.old.closing.length;
       Eigen::Map<Vec<D>>(r.friction.data() + q * D) = p.friction();
       r.dissipated[q] = p.dissipated(s.keeps_springs);
+      if (not r.elastic_slip.empty())
+        points.add_elastic_slip(p, q, r);
     }
   }
 

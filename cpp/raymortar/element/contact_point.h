@@ -107,15 +107,38 @@ struct HitPoint : SlavePoint<D, Law>
     return along_surface(old.w);
   }
 
+  /// @brief Whether springs hold lengths, and no tractions.
+  [[nodiscard]] bool springs_hold_lengths() const requires is_frictional<Law>
+  {
+    return M > 0 or old.elastic_slip > 0.0;
+  }
+
+  /// @brief Traction per unit of what springs hold.
+  [[nodiscard]] double spring_scale() const requires is_frictional<Law>
+  {
+    return springs_hold_lengths() ? this->gamma : 1.0;
+  }
+
   /// @brief Traction that friction of a penalty projects on the cone.
   [[nodiscard]] Vec<D> trial() const requires(has_cone_at_points<Law>and M == 0)
   {
-    return old.spring.value() - this->gamma * old.w;
+    return spring_scale() * old.spring.value() - this->gamma * old.w;
+  }
+
+  /// @brief Elastic slip of a law that has it, along the traction: what the
+  /// springs of the next step hold  [theory (4.51)].
+  [[nodiscard]] Vec<D> elastic_slip() const requires has_cone_at_points<Law>
+  {
+    if constexpr (M > 0)
+      return (response.held - friction()) / this->gamma;
+    else
+      return response.held / this->gamma;
   }
 
   /// @brief Energy per area that friction takes in the step: the work on the
   /// slip, with a penalty on that beyond the cone, of which springs give
-  /// nothing back  [theory (4.39)].
+  /// nothing back  [theory (4.39)], with elastic slip on what that leaves
+  /// [theory (4.55)].
   /// @param[in] has_springs Whether the law keeps the rest of the slip
   [[nodiscard]] double
   dissipated(bool has_springs) const requires is_frictional<Law>
@@ -125,10 +148,18 @@ struct HitPoint : SlavePoint<D, Law>
       {
         if (response.status != ContactStatus::slip)
           return 0.0;
-        return dot<D>(along_surface(response.t), trial() - friction()) /
+        return dot<D>(along_surface(response.t), trial() - response.held) /
                this->gamma;
       }
-    return -dot<D>(response.t, slip());
+    double work = -dot<D>(response.t, slip());
+    if constexpr (has_cone_at_points<Law> and M > 0)
+      if (old.elastic_slip > 0.0)
+      {
+        const auto was = carry_traction<D>(old.slave.old, old.slave.old_dual,
+                                           this->slave, old.elastic);
+        work -= dot<D>(response.t, elastic_slip() - along_surface(was.value()));
+      }
+    return work;
   }
 
 private:
@@ -148,6 +179,9 @@ private:
     {
       Old was(e);
       set_slip(was);
+      was.elastic_slip = e.history.elastic_slip;
+      if (was.elastic_slip > 0.0)
+        was.elastic = e.history.rest;
       if (e.history.has_springs)
       {
         was.accepted = e.history.traction_old.col(0);
@@ -191,13 +225,10 @@ private:
       return Law::template evaluate<D>(state);
     else
     {
-      Vec<D> spring = old.spring.value();
+      Vec<D> spring = spring_scale() * old.spring.value();
       if constexpr (M > 0)
-      {
-        spring *= this->gamma;
         if (e.history.has_kept)
           spring += e.history.kept.col(0);
-      }
       return Law::template evaluate<D, Response>(
           FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
     }

@@ -3,7 +3,7 @@
 #include "raymortar/element/target.h"
 #include "raymortar/element/turned_traction.h"
 #include "raymortar/geometry/predicates.h"
-#include "raymortar/law/cone.h"
+#include "raymortar/law/elastic_disc.h"
 
 namespace raymortar
 {
@@ -272,13 +272,17 @@ private:
     const double touch =
         tolerance::touch *
         AnyFacet<D>(_state.slave, _state.slave.x, facet).diameter();
+    Vec<D> held = field_at(f, N);
+    if (not _results.elastic_slip.empty())
+      held += vector(_results.elastic_slip, q);
+    const ElasticDisc disc(bound_at(law_at(q, N), _results.pressure[q]), gamma,
+                           true);
     const auto at_rest = project_tangential<D>(
-        vector(_results.contact_normal, q),
-        multiplier(q) + gamma * field_at(f, N),
-        bound_at(law_at(q, N), _results.pressure[q]).s, gamma * touch);
+        vector(_results.contact_normal, q), multiplier(q) + gamma * held,
+        disc.radius, gamma * touch);
     add_to_load(f,
                 _results.weight[q] / gamma *
-                    (vector(_results.friction, q) - at_rest.value),
+                    (vector(_results.friction, q) - disc.share * at_rest.value),
                 N);
   }
 

@@ -27,6 +27,7 @@ PointResults results_without_hits(const ContactState& s)
                                     0.0);
   const std::vector<double> slips =
       s.friction ? vectors : std::vector<double>{};
+  const bool elastic = s.has_elastic_slip();
   return {.status = std::vector<ContactStatus>(n, ContactStatus::none),
           .gap = law_gaps(s),
           .pressure = scalars,
@@ -40,6 +41,8 @@ PointResults results_without_hits(const ContactState& s)
           .slip = slips,
           .closing = s.friction ? scalars : std::vector<double>{},
           .friction = slips,
-          .dissipated = s.friction ? scalars : std::vector<double>{}};
+          .dissipated = s.friction ? scalars : std::vector<double>{},
+          .elastic_slip = elastic ? vectors : std::vector<double>{},
+          .elastic_energy = elastic ? scalars : std::vector<double>{}};
 }
 } // namespace raymortar

@@ -26,11 +26,13 @@ struct OldPoint<D, true>
   /// so that curvature is not taken for a gap
   Vec<D> across;
   Closing closing;
-  ConvectedVector<D> slide; ///< distance along the slave, carried along
-  Tilt<D> tilt;             ///< of the slave against the master
-  Vec<D> w;                 ///< slip increment (2)
-  Vec<D> accepted;          ///< of springs, see ContactState
-  TurnedTraction<D> spring; ///< made of it
+  ConvectedVector<D> slide;  ///< distance along the slave, carried along
+  Tilt<D> tilt;              ///< of the slave against the master
+  Vec<D> w;                  ///< slip increment (2)
+  Vec<D> accepted;           ///< of springs, see ContactState
+  TurnedTraction<D> spring;  ///< made of it
+  double elastic_slip = 0.0; ///< of the law; springs then hold lengths
+  Vec<D> elastic; ///< slip that springs of a multiplier hold besides excess
 
   explicit OldPoint(const TaylorData<D>& e)
       : slave(e.slave_frames), master(e.master_frames), spin(e.spin)

@@ -37,8 +37,9 @@ template <int D, class Law>
   constexpr int M = HitPoint<D, Law>::M;
   const auto& r = p.response;
   if constexpr (is_frictional<Law> and M == 0)
-    return LawSlopes<D, D, M, true>{r.t_n,      r.t_g,           r.t_lam, r.t_w,
-                                    r.t_spring, r.t_coefficient, r.t_rate};
+    return LawSlopes<D, D, M, true>{
+        r.t_n,           r.t_g,   r.t_lam, r.t_w, p.spring_scale() * r.t_spring,
+        r.t_coefficient, r.t_rate};
   else
     return LawSlopes<D, D, M, false>{r.t_n, r.t_g, r.t_lam};
 }
@@ -307,14 +308,14 @@ public:
     Mat<D, T> spring = turned_with_facet<D>(
         was.spring, {was.slave.old, old_bend()}, was.slave.old_dual,
         {_p.slave, _bend}, was.accepted, along<D>(_e.history.traction_old));
-    if constexpr (M > 0) // held as lengths
+    if (_p.springs_hold_lengths())
       spring += was.spring.value() * _log_gamma;
     rows += by_spring * spring;
   }
 
   /// A law takes gamma as a factor of gap and slip, so that a change of gamma
-  /// counts as one of these; what a law of the slip rate takes of the slip has
-  /// no such factor
+  /// counts as one of these, but for what a law of the slip rate or elastic
+  /// slip takes without that factor
   template <int R, class Slopes>
   void add_fields(const Slopes& law, const Vec<R>& by_g, Mat<R, T>& rows) const
   {

@@ -56,6 +56,7 @@ void SlaveSide<D>::take_facet(Index facet, TaylorData<D>& e)
   if (not _wanted.old)
     return;
   e.history.friction = s.friction.value_or(Coulomb{});
+  e.history.elastic_slip = elastic_slip_of(e.history.friction);
   e.history.has_coefficient = not s.friction_coefficient.empty();
   take_scalars(s.friction_coefficient, facet, _coefficient,
                e.history.coefficient);
@@ -81,14 +82,15 @@ void SlaveSide<D>::take_multiplier(Index facet)
   }
 }
 
-/// A law at nodes takes its own
+/// A law at nodes takes its own; elastic slip tells all tractions
 template <int D>
 void SlaveSide<D>::take_unfelt(Index facet, TaylorData<D>& e)
 {
   using Rows = Eigen::Matrix<double, D, D, Eigen::RowMajor>;
   const Multipliers& m = _state.multipliers;
   e.history.has_kept = false;
-  if (m.unfelt.empty() or _state.has_law_at_nodes())
+  if (m.unfelt.empty() or _state.has_law_at_nodes() or
+      e.history.elastic_slip > 0.0)
     return;
   const std::size_t first = static_cast<std::size_t>(facet) * _multipliers;
   for (std::size_t k = 0; k < _multipliers; ++k)
@@ -123,6 +125,7 @@ template <int D>
 void SlaveSide<D>::take_springs(Index facet, TaylorData<D>& e)
 {
   e.history.has_springs = _has_rest = false;
+  e.history.rest.setZero();
   if (_state.traction_old.empty() or _state.has_law_at_nodes())
     return;
   const double* const values =
@@ -210,10 +213,13 @@ void SlaveSide<D>::place_fields(const Vec<T>& xi, const ShapeRows<T>& N,
     set(_coefficient, N, e.history.coefficient);
   if (e.history.has_springs)
     set(_springs, _dofs_per_facet, N, e.history.traction_old);
-  if (_has_rest)
-    e.history.traction_old +=
-        rest_at<D>(_state.spring_points, _state.slave.shape,
-                   static_cast<std::size_t>(_number), xi, _wanted.along);
+  if (not _has_rest)
+    return;
+  const Mat<D, D> rest =
+      rest_at<D>(_state.spring_points, _state.slave.shape,
+                 static_cast<std::size_t>(_number), xi, _wanted.along);
+  e.history.rest = rest.col(0);
+  e.history.traction_old += rest;
 }
 
 template <int D>

@@ -34,7 +34,21 @@ public:
     return std::move(_found);
   }
 
+  /// @brief What springs hold at the points, no polynomial taken off.
+  [[nodiscard]] SpringPoints points()
+  {
+    sort_points();
+    return std::move(_found.points);
+  }
+
 private:
+  /// What springs hold at the points
+  [[nodiscard]] const std::vector<double>& held_at_points() const
+  {
+    return _results.elastic_slip.empty() ? _results.friction
+                                         : _results.elastic_slip;
+  }
+
   /// Collect the closed points facet by facet, with what springs hold there
   void sort_points()
   {
@@ -53,7 +67,7 @@ private:
           const std::size_t at = next[f]++;
           to.xi[at] = _state.points.xi[q];
           to.area[at] = std::abs(_results.weight[q]); // slivers may be turned
-          held(at) = Eigen::Map<const Vec<D>>(_results.friction.data() + q * D);
+          held(at) = Eigen::Map<const Vec<D>>(held_at_points().data() + q * D);
         });
   }
 
@@ -95,5 +109,14 @@ Springs accepted_springs(const ContactState& state, const PointResults& results)
 {
   return state.slave.gdim == 2 ? Fit<2>(state, results).springs()
                                : Fit<3>(state, results).springs();
+}
+
+SpringPoints accepted_elastic_slip(const ContactState& state,
+                                   const PointResults& results)
+{
+  if (results.elastic_slip.empty())
+    return {};
+  return state.slave.gdim == 2 ? Fit<2>(state, results).points()
+                               : Fit<3>(state, results).points();
 }
 } // namespace raymortar

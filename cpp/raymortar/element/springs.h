@@ -13,12 +13,17 @@ struct Springs
   SpringPoints points;
 };
 
-/// @brief Tangential traction of the penalty in the present state, for the next
-/// step to start from  [theory (4.13)].
+/// @brief Tangential traction of the penalty, or its elastic slip, in the
+/// present state, for the next step to start from  [theory (4.13)].
 ///
 /// At the same points the next step begins with the same traction. Facets
 /// without a closed point hold none.
 /// @param[in] results Of the present state
 [[nodiscard]] Springs accepted_springs(const ContactState& state,
                                        const PointResults& results);
+
+/// @brief Elastic slip at the closed points, which springs of a multiplier hold
+/// besides the excess of the law; of a law without it, nothing.
+[[nodiscard]] SpringPoints accepted_elastic_slip(const ContactState& state,
+                                                 const PointResults& results);
 } // namespace raymortar

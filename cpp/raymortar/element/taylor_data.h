@@ -27,11 +27,14 @@ struct FrictionData
   Taylor master_old = Taylor::Zero();
   Mat<D, D> traction_old = Mat<D, D>::Zero(); ///< see ContactState
   bool has_springs = true;                    ///< false: traction_old is zero
+  Vec<D> rest =
+      Vec<D>::Zero(); ///< what that has of ContactState::spring_points
   /// Traction that replaces the multiplier's unfelt part in the law, less that
   /// part
   Mat<D, D> kept = Mat<D, D>::Zero();
   bool has_kept = false; ///< false: kept is zero
   FrictionLaw friction;
+  double elastic_slip = 0.0;    ///< of the law. Length
   bool has_coefficient = false; ///< a field in place of the law's number
   Vec<D> coefficient = Vec<D>::Zero();
 };

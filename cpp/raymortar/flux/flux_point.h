@@ -219,7 +219,7 @@ struct FluxSlopes
     const Vec<D>&t = p.response.t, &nu = p.normal, &w = p.old.w;
     const SlipAlong<D> slip(nu, w);
     Vec<2> heat(-flux.slave_heat, -flux.target_heat);
-    if constexpr (requires { p.trial(); })
+    if constexpr (M == 0)
       if (has_springs)
       {
         if (p.response.status == ContactStatus::slip)

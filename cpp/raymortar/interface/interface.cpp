@@ -180,7 +180,8 @@ Springs Interface::accepted_springs() const
       return *std::move(springs);
   const PointResults results = assembler().results(_state);
   if (_state.multipliers.components > 0)
-    return {accepted_excess(_state, results), {}};
+    return {accepted_excess(_state, results),
+            accepted_elastic_slip(_state, results)};
   return raymortar::accepted_springs(_state, results);
 }
 

@@ -56,6 +56,8 @@ struct TangentialProjection
   Mat<D, D> by_z;
   Mat<D, D> by_n;
   Vec<D> by_s;
+  /// By the logarithm of gamma where z is fixed: of elastic slip
+  Vec<D> by_gamma = Vec<D>::Zero();
 };
 
 /// @brief Its derivatives. With A the one by q,

@@ -18,16 +18,18 @@ struct FrictionBound
   double s_p;
   double s_slip = 0.0;
   double s_coefficient = 0.0;
+  double elastic_slip = 0.0; ///< slip that is given back, see ElasticDisc
 };
 
 /// @brief Coulomb: s = -mu p.
 struct Coulomb
 {
-  double mu = 0.0; ///< friction coefficient
+  double mu = 0.0;           ///< friction coefficient
+  double elastic_slip = 0.0; ///< slip at which s is reached. Length
 
   [[nodiscard]] FrictionBound operator()(double p) const
   {
-    return {-mu * p, -mu, 0.0, -p};
+    return {-mu * p, -mu, 0.0, -p, elastic_slip};
   }
 };
 
@@ -74,11 +76,18 @@ using FrictionLaw = std::variant<Coulomb, Tresca, Stick, PointBound>;
 [[nodiscard]] inline FrictionLaw with_coefficient(const FrictionLaw& law,
                                                   double value)
 {
-  if (std::holds_alternative<Coulomb>(law))
-    return Coulomb{value};
+  if (const auto* const coulomb = std::get_if<Coulomb>(&law))
+    return Coulomb{value, coulomb->elastic_slip};
   if (std::holds_alternative<Tresca>(law))
     return Tresca{value};
   return law;
+}
+
+/// @brief Slip that a law gives back, a length; 0: none.
+[[nodiscard]] inline double elastic_slip_of(const FrictionLaw& law)
+{
+  const auto* const coulomb = std::get_if<Coulomb>(&law);
+  return coulomb ? coulomb->elastic_slip : 0.0;
 }
 
 /// @brief Bound of whichever law at normal traction p.

@@ -1,8 +1,7 @@
 // Laws with friction: (2), (4) of the design, and the frictional penalty.
 #pragma once
 
-#include "raymortar/law/cone.h"
-#include "raymortar/law/friction.h"
+#include "raymortar/law/elastic_disc.h"
 #include "raymortar/law/point_law.h"
 
 namespace raymortar
@@ -31,10 +30,51 @@ struct FrictionResponse : PointResponse<D, M>
   /// By the coefficient of the friction law
   Vec<D> t_coefficient = Vec<D>::Zero();
   Vec<M> C_coefficient = Vec<M>::Zero();
-  /// By the logarithm of the slip's length, as far as that is no factor of
-  /// gamma: of laws of the slip rate
+  /// What a change of gamma by its logarithm does less than one of gap, slip
+  /// and springs: of laws of the slip rate and of elastic slip
   Vec<D> t_rate = Vec<D>::Zero();
   Vec<M> C_rate = Vec<M>::Zero();
+};
+
+/// @brief The trial traction of a closed point on its disc.
+template <int D, int M>
+struct OnDisc
+{
+  FrictionBound bound;
+  ElasticDisc disc;
+  Vec<D> z;
+  DiscProjection<D> projected;
+
+  /// @param[in] p Normal traction
+  OnDisc(const FrictionState<D, M>& s, double p)
+      : bound(bound_at(s.friction, p)), disc(bound, s.gamma, M > 0),
+        z(trial(s)), projected(s.n, z, disc.radius, s.gamma * s.touch)
+  {
+  }
+
+  [[nodiscard]] Vec<D> traction() const { return disc.share * projected.value; }
+
+  [[nodiscard]] ContactStatus status() const
+  {
+    return projected.stick ? ContactStatus::stick : ContactStatus::slip;
+  }
+
+  [[nodiscard]] TangentialProjection<D> slopes(const Vec<D>& n) const
+  {
+    auto f = slopes_of<D>(projected, n, z);
+    if (bound.elastic_slip > 0.0)
+      take_share<D>(disc, f);
+    return f;
+  }
+
+private:
+  [[nodiscard]] static Vec<D> trial(const FrictionState<D, M>& s)
+  {
+    if constexpr (M > 0)
+      return s.lam + s.spring - s.gamma * s.w;
+    else
+      return s.spring - s.gamma * s.w;
+  }
 };
 
 /// @brief Length of the slip along the surface, and its direction there; of no
@@ -65,22 +105,24 @@ struct SlipAlong
   }
 };
 
-/// @brief Add what a bound does that depends on the slip's length.
-/// @param[in] by_s Derivative by the bound
-/// @param[in,out] by_w, by_n, by_rate Those by slip, normal and the logarithm
-/// of the slip's length
+/// @brief Add what a bound does that depends on the slip's length, and set what
+/// gamma does less than slips.
+/// @param[in] f Of the traction
+/// @param[in,out] by_w, by_n Derivatives by slip and normal
+/// @param[out] by_rate See FrictionResponse
 template <int D>
 void add_slip_rate(const Vec<D>& n, const Vec<D>& w, const FrictionBound& bound,
-                   const Vec<D>& by_s, Mat<D, D>& by_w, Mat<D, D>& by_n,
-                   Vec<D>& by_rate)
+                   const TangentialProjection<D>& f, Mat<D, D>& by_w,
+                   Mat<D, D>& by_n, Vec<D>& by_rate)
 {
+  by_rate = -f.by_gamma;
   if (bound.s_slip == 0.0)
     return;
   const SlipAlong<D> slip(n, w);
-  const Vec<D> by_slip = bound.s_slip * by_s;
+  const Vec<D> by_slip = bound.s_slip * f.by_s;
   by_w += by_slip * slip.by_w();
   by_n += by_slip * slip.by_n(n, w);
-  by_rate = slip.length * by_slip;
+  by_rate += slip.length * by_slip;
 }
 
 /// @brief Whether a response has derivatives, or is a PointValue.
@@ -93,7 +135,7 @@ inline constexpr bool has_slopes = requires(Response r)
 /// @brief Augmented Lagrangian with friction, vector multiplier.
 ///
 /// t = lam,  C = p n + P_s(T_n (lam + spring - gamma w)) - lam,
-/// p = min(0, lam . n + gamma g)   [theory (4.7)]
+/// p = min(0, lam . n + gamma g)   [theory (4.7)], with elastic slip (4.52)
 struct FrictionalAugmentedLagrangian
 {
   template <int D>
@@ -109,6 +151,7 @@ struct FrictionalAugmentedLagrangian
     r.status = ContactStatus::open;
     r.t = s.lam;
     r.C = -s.lam;
+    r.held.setZero();
     if constexpr (has_slopes<Response>)
     {
       r.t_lam.setIdentity();
@@ -129,14 +172,13 @@ private:
   template <int D, class Response>
   static void add_closed(const FrictionState<D, D>& s, double p, Response& r)
   {
-    const FrictionBound bound = bound_at(s.friction, p);
-    const Vec<D> z = s.lam + s.spring - s.gamma * s.w;
-    const DiscProjection<D> on_disc(s.n, z, bound.s, s.gamma * s.touch);
-    r.status = on_disc.stick ? ContactStatus::stick : ContactStatus::slip;
+    const OnDisc<D, D> at(s, p);
+    r.status = at.status();
     r.p = p;
-    r.C += p * s.n + on_disc.value;
+    r.C += p * s.n + at.traction();
+    r.held = at.projected.value;
     if constexpr (has_slopes<Response>)
-      add_slopes<D>(s, bound, slopes_of<D>(on_disc, s.n, z), r);
+      add_slopes<D>(s, at.bound, at.slopes(s.n), r);
   }
 
   template <int D>
@@ -153,13 +195,14 @@ private:
     r.C_w = -s.gamma * f.by_z;
     r.C_spring = f.by_z;
     r.C_coefficient = bound.s_coefficient * f.by_s;
-    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.C_w, r.C_n, r.C_rate);
+    add_slip_rate<D>(s.n, s.w, bound, f, r.C_w, r.C_n, r.C_rate);
   }
 };
 
 /// @brief Penalty with friction.
 ///
-/// t = p n + P_s(T_n (spring - gamma w)), p = gamma min(0, g)   [theory (4.8)].
+/// t = p n + P_s(T_n (spring - gamma w)), p = gamma min(0, g)   [theory (4.8)],
+/// with elastic slip (4.52).
 /// With spring = 0 the tangential part is a viscous regularisation.
 struct FrictionalPenalty
 {
@@ -173,16 +216,16 @@ struct FrictionalPenalty
     Response r;
     r.status = ContactStatus::open;
     r.t.setZero();
+    r.held.setZero();
     if (s.g > s.touch)
       return r;
     r.p = s.gamma * s.g;
-    const FrictionBound bound = bound_at(s.friction, r.p);
-    const Vec<D> z = s.spring - s.gamma * s.w;
-    const DiscProjection<D> on_disc(s.n, z, bound.s, s.gamma * s.touch);
-    r.status = on_disc.stick ? ContactStatus::stick : ContactStatus::slip;
-    r.t = r.p * s.n + on_disc.value;
+    const OnDisc<D, 0> at(s, r.p);
+    r.status = at.status();
+    r.t = r.p * s.n + at.traction();
+    r.held = at.projected.value;
     if constexpr (has_slopes<Response>)
-      add_slopes<D>(s, bound, slopes_of<D>(on_disc, s.n, z), r);
+      add_slopes<D>(s, at.bound, at.slopes(s.n), r);
     return r;
   }
 
@@ -204,7 +247,7 @@ private:
     r.t_w = -s.gamma * f.by_z;
     r.t_spring = f.by_z;
     r.t_coefficient = bound.s_coefficient * f.by_s;
-    add_slip_rate<D>(s.n, s.w, bound, f.by_s, r.t_w, r.t_n, r.t_rate);
+    add_slip_rate<D>(s.n, s.w, bound, f, r.t_w, r.t_n, r.t_rate);
   }
 };
 

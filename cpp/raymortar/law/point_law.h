@@ -33,6 +33,8 @@ struct PointValue
   double p = 0.0; ///< normal traction of the law, <= 0
   Vec<D> t;       ///< traction on the slave
   Vec<M> C;       ///< residual of the multiplier equation
+  /// Trial traction of friction, on its disc: what springs hold. Friction only
+  Vec<D> held;
 };
 
 /// @brief The same with their derivatives.

@@ -59,6 +59,26 @@ struct NodalPoints : AnyPoints<D, Law>
   {
     return nodes->nearest_status();
   }
+
+  /// Add what the nodes have between them, and take what they store off the
+  /// work of tractions
+  void add_elastic_slip(const HitPoint<D, Law, false>& p, std::size_t q,
+                        PointResults& r) const
+  {
+    if constexpr (is_frictional<Law>)
+      for (int k = 0; k < nodes->size(); ++k)
+      {
+        const double share = nodes->test(k);
+        const auto lam = nodes->multiplier(this->state.points.slave[q], k);
+        const Vec<D>& now = nodes->at(k).elastic_slip;
+        Vec<D> change = now;
+        if (nodes->springs().are_there())
+          change -= nodes->springs().turned(p, k).value();
+        Eigen::Map<Vec<D>>(r.elastic_slip.data() + q * D) += share * now;
+        r.elastic_energy[q] += 0.5 * share * now.dot(lam);
+        r.dissipated[q] -= share * change.dot(lam);
+      }
+  }
 };
 
 template <int D, class Law>
@@ -72,17 +92,22 @@ void NodalPoints<D, Law>::add_integrand(const Hit& p,
   const typename TaylorGradient<D, Law>::Place along(e, p, slopes.dual);
   const Mat<1, T> no_gamma = Mat<1, T>::Zero();
   const Mat<M, T> no_lam = Mat<M, T>::Zero();
-  const FacetColumns<D, Law> columns(e, this->at, p, slopes, along.bend,
-                                     no_gamma, no_lam);
   const double w = along.area.jacobian * unknowns.scale;
   for (int k = 0; k < nodes->size(); ++k)
   {
     const auto& c = nodes->at(k);
     const RowAtPoint<D, M> row = nodes->row(e, p, k);
     const PointSlopes<D, Law> by_point(c, row);
+    const Mat<M, T> varied = at_node(
+        p, *nodes, k,
+        [&](const Hit& here)
+        {
+          return chain<M>(by_point.slopes(), here, slopes,
+                          FacetColumns<D, Law>(e, this->at, here, slopes,
+                                               along.bend, no_gamma, no_lam));
+        });
     const Mat<M, T> along_facet =
-        chain<M>(by_point.slopes(), p, slopes, columns) + row.along +
-        row.test * p.gamma * c.by_gamma * along.log_gamma +
+        varied + row.along + row.test * p.gamma * c.by_gamma * along.log_gamma +
         row.value * along.area.log_jacobian;
     for (int i = 0; i < M; ++i)
     {
@@ -112,21 +137,25 @@ public:
       tested->assign(s.multipliers.facet.size() * (1 + D), 0.0);
     const auto points = std::make_unique<Points>(
         s, Wanted{.old = is_frictional<Law>}, this->functions());
+    NodeSprings<D> springs(s);
     for (std::size_t e = 0; e < s.elements.size(); ++e)
     {
       points->take(e);
-      if (points->has_target)
-        Base::for_points(
-            *points, e,
-            [&](std::size_t)
-            { add_point(*points, s.elements.slave[e], sums, tested); });
+      if (not points->has_target)
+        continue;
+      springs.take(s.elements.slave[e]);
+      Base::for_points(
+          *points, e,
+          [&](std::size_t)
+          { add_point(*points, s.elements.slave[e], springs, sums, tested); });
     }
     return sums;
   }
 
 private:
   /// Add what a point gives to the nodes of its facet
-  static void add_point(const Points& at, Index facet, NodeSums& sums,
+  static void add_point(const Points& at, Index facet,
+                        const NodeSprings<D>& springs, NodeSums& sums,
                         FacetIntegrals* tested)
   {
     const auto& e = at.data;
@@ -145,7 +174,12 @@ private:
       sums.at(node, NodeSum::touch) += w * e.touch;
       sums.template at<D>(node, NodeVector::normal) += w * p.normal;
       if constexpr (is_frictional<Law>)
+      {
         sums.at(node, NodeSum::coefficient) += w * e.history.coefficient[0];
+        if (springs.are_there())
+          sums.template at<D>(node, NodeVector::elastic) +=
+              w * springs.turned(p, k).value();
+      }
       double* const gap = tested ? tested->data() + place * (1 + D)
                                  : &sums.at(node, NodeSum::gap);
       *gap += w * p.gap;

@@ -6,6 +6,7 @@
 #include "raymortar/nodes/nodal.h"
 #include "raymortar/nodes/node_conditions.h"
 #include "raymortar/nodes/node_functions.h"
+#include "raymortar/nodes/node_springs.h"
 #include "raymortar/nodes/node_tests.h"
 
 namespace raymortar
@@ -46,7 +47,7 @@ public:
   /// @param[in] functions That test gaps and slips; null: those of the nodes
   FacetConditions(const ContactState& s, const NodeFunctions* functions)
       : _state(s), _all(node_conditions<D, typename Law::AtNodes>(s)),
-        _functions(functions)
+        _functions(functions), _springs(s)
   {
   }
 
@@ -58,6 +59,7 @@ public:
     for (std::size_t k = 0; k < static_cast<std::size_t>(nodes); ++k)
       _here[k] =
           &_all[static_cast<std::size_t>(_state.multipliers.facet[first + k])];
+    _springs.take(facet);
     _own = nullptr;
     if (_functions and not _functions->gap_tests.empty())
       take_own(_functions->gap_tests[static_cast<std::size_t>(facet)]);
@@ -82,8 +84,6 @@ public:
   [[nodiscard]] ContactStatus nearest_status() const
   {
     constexpr double alike = 1.0 - 1e-9;
-    const auto test = [this](int k)
-    { return _tests[static_cast<std::size_t>(k)][0]; };
     double largest = 0.0;
     for (int k = 0; k < _count; ++k)
       largest = std::max(largest, test(k));
@@ -92,6 +92,23 @@ public:
       if (test(k) >= alike * largest)
         found = std::max(found, at(k).status);
     return found;
+  }
+
+  /// @brief Elastic slips of the nodes.
+  [[nodiscard]] const NodeSprings<D>& springs() const { return _springs; }
+
+  /// @brief Test function of a node at the point.
+  [[nodiscard]] double test(int k) const
+  {
+    return _tests[static_cast<std::size_t>(k)][0];
+  }
+
+  /// @brief Multiplier of a node.
+  [[nodiscard]] Vec<M> multiplier(Index facet, int k) const
+  {
+    const auto place = static_cast<std::size_t>(facet * _count + k);
+    const auto node = static_cast<std::size_t>(_state.multipliers.facet[place]);
+    return Eigen::Map<const Vec<M>>(_state.multipliers.value.data() + node * M);
   }
 
   /// @brief The row of a node at the point.
@@ -106,6 +123,8 @@ public:
     if constexpr (is_frictional<Law>)
     {
       of_gap += c.by_w * p.old.w;
+      if (_springs.are_there())
+        of_node += c.by_elastic * _springs.turned(p, k).value();
       if (e.history.has_coefficient)
         of_node += e.history.coefficient[0] * c.by_coefficient;
     }
@@ -164,6 +183,7 @@ private:
   const ContactState& _state;
   std::vector<Condition> _all;
   const NodeFunctions* _functions;
+  NodeSprings<D> _springs;
   const GapTests* _own = nullptr; ///< of the facet; null: those of the nodes
   std::array<const Condition*, 9> _here{};
   ShapeRows<T> _tests, _gap_tests;
@@ -181,7 +201,7 @@ public:
 
   PointSlopes(const NodeCondition<D, M>& c, const RowAtPoint<D, M>& row)
       : _by_n(row.test * c.by_n), _by_w(row.gap_test * c.by_w),
-        _by_g(row.gap_test * c.by_g),
+        _by_elastic(row.test * c.by_elastic), _by_g(row.gap_test * c.by_g),
         _by_coefficient(row.test * c.by_coefficient)
   {
   }
@@ -189,18 +209,41 @@ public:
   [[nodiscard]] auto slopes() const
   {
     if constexpr (is_frictional<Law>)
-      return LawSlopes<M, D, M, true>{_by_n, _by_g,           _none,   _by_w,
-                                      _none, _by_coefficient, _no_rate};
+      return LawSlopes<M, D, M, true>{
+          _by_n, _by_g, _none, _by_w, _by_elastic, _by_coefficient, _no_rate};
     else
       return LawSlopes<M, D, M, false>{_by_n, _by_g, _none};
   }
 
 private:
-  Mat<M, D> _by_n, _by_w;
+  Mat<M, D> _by_n, _by_w, _by_elastic;
   Vec<M> _by_g, _by_coefficient;
   Mat<M, M> _none = Mat<M, M>::Zero();
   Vec<M> _no_rate = Vec<M>::Zero();
 };
+
+/// @brief A point with the elastic slip of one of its nodes as what its springs
+/// hold, by which the node's row varies.
+template <int D, class Law>
+[[nodiscard]] HitPoint<D, Law>
+with_springs_of(const HitPoint<D, Law>& p, const NodeSprings<D>& springs, int k)
+{
+  HitPoint<D, Law> at = p;
+  at.old.accepted = springs.held(k);
+  at.old.spring = springs.turned(p, k);
+  return at;
+}
+
+/// @brief Call `call(point)` with the point that a node's row varies with.
+template <int D, class Law, class Call>
+auto at_node(const HitPoint<D, Law>& p, const FacetConditions<D, Law>& nodes,
+             int k, Call&& call)
+{
+  if constexpr (is_frictional<Law>)
+    if (nodes.springs().are_there())
+      return call(with_springs_of(p, nodes.springs(), k));
+  return call(p);
+}
 
 /// @brief Blocks of an element whose law holds at nodes.
 template <int D, class Law>
@@ -219,13 +262,18 @@ public:
   void add_node_tangents(const Data& e, const Hit& p, const HitTangent& by,
                          const Shapes& at, const FacetConditions<D, Law>& nodes)
   {
-    const Columns columns(p, by, at.has_target());
     const TargetPart part = Base::target_part(p);
     for (int k = 0; k < nodes.size(); ++k)
     {
       const auto row = nodes.row(e, p, k);
       const PointSlopes<D, Law> by_point(nodes.at(k), row);
-      auto varied = chain<M>(by_point.slopes(), p, by, columns);
+      auto varied =
+          at_node(p, nodes, k,
+                  [&](const Hit& here)
+                  {
+                    return chain<M>(by_point.slopes(), here, by,
+                                    Columns(here, by, at.has_target()));
+                  });
       Base::template add_area<M>(e, p, by.dual, row.value, varied);
       UnknownRows<M, D> rows;
       expand<M, D>(at, varied, part, rows);

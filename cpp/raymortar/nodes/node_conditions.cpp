@@ -1,4 +1,5 @@
 #include "raymortar/nodes/node_conditions.h"
+#include "raymortar/element/extension.h"
 #include "raymortar/nodes/choose_nodal_law.h"
 
 namespace raymortar
@@ -37,6 +38,8 @@ struct NodeState : FrictionState<D, M>
   double length; ///< of the sum of normals
   NodeTie<D> tie;
   Mat<D, D> unfelt = Mat<D, D>::Zero(); ///< part of the multiplier
+  bool is_elastic = false;
+  Vec<D> elastic = Vec<D>::Zero(); ///< times gamma, part of the spring
 
   NodeState(const ContactState& s, Index node) : tie(*s.node_sums, node)
   {
@@ -53,7 +56,14 @@ struct NodeState : FrictionState<D, M>
     this->gamma = sums.at(node, NodeSum::gamma) / whole;
     this->touch = sums.at(node, NodeSum::touch) / area;
     this->spring.setZero();
-    set_unfelt(s, node);
+    is_elastic = s.has_elastic_slip();
+    if (is_elastic) // which tells all tractions
+    {
+      elastic = this->gamma / area * sums.at<D>(node, NodeVector::elastic);
+      this->spring = elastic;
+    }
+    else
+      set_unfelt(s, node);
     Vec<D> slips = sums.at<D>(node, NodeVector::slip);
     double taken = tie.value[0];
     if constexpr (M == D)
@@ -139,6 +149,12 @@ void set_derivatives(const NodeState<D, M>& at, const Response& r,
     c.by_coefficient = r.C_coefficient / at.gamma;
     by_gamma += r.C_w * at.w - r.C_rate;
     by_size += r.C_w * at.w + coefficient * r.C_coefficient;
+    if (at.is_elastic)
+    {
+      c.by_elastic = r.C_spring;
+      by_gamma += r.C_spring * at.elastic;
+      by_size += r.C_spring * at.elastic;
+    }
   }
   c.by_gamma = at.area / (at.whole * at.gamma * at.gamma) * by_gamma;
   c.by_area =
@@ -163,6 +179,12 @@ node_condition(const ContactState& s, Index node)
   c.normal = at.n;
   if (s.friction)
     c.slip = at.w - at.n.dot(at.w) * at.n;
+  if constexpr (M == D)
+    if (at.is_elastic)
+    {
+      const Vec<D> t = at.lam + r.C;
+      c.elastic_slip = (r.held - (t - at.n.dot(t) * at.n)) / at.gamma;
+    }
   c.beyond = at.tie.beyond;
   c.row = at.area / at.gamma * r.C;
   const bool has_field = not s.friction_coefficient.empty();
@@ -218,6 +240,34 @@ std::vector<double> all_ties(const ContactState& s)
   return field;
 }
 } // namespace
+
+SpringPoints elastic_slip_of_nodes(const ContactState& s)
+{
+  SpringPoints points;
+  if (not s.has_elastic_slip())
+    return points;
+  std::vector<double> slips;
+  for_each_condition(s, [&](const auto& c) { append(c.elastic_slip, slips); });
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  const auto d = static_cast<std::size_t>(s.slave.gdim);
+  const std::vector<Vec<2>> places =
+      node_places(s.slave.shape, s.multipliers.degree);
+  points.first.push_back(0);
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+  {
+    const auto nodes = s.multipliers.nodes_of(f, n);
+    for (std::size_t k = 0; k < n; ++k)
+    {
+      const auto node = static_cast<std::size_t>(nodes[k]);
+      points.xi.push_back(places[k]);
+      points.area.push_back(1.0);
+      for (std::size_t i = 0; i < d; ++i)
+        points.rest.push_back(slips[node * d + i]);
+    }
+    points.first.push_back(points.xi.size());
+  }
+  return points;
+}
 
 std::vector<double> accepted_ties(const ContactState& s)
 {

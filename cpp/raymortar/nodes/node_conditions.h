@@ -19,11 +19,14 @@ struct NodeCondition
   double beyond = 0.0; ///< share of the tie that holds beyond the rim
   Vec<D> normal = Vec<D>::Zero(); ///< of the law's frame
   Vec<D> slip = Vec<D>::Zero();   ///< along the surface
+  Vec<D> elastic_slip =
+      Vec<D>::Zero(); ///< of the step's end, along the traction
   Vec<M> row = Vec<M>::Zero();
   Mat<M, M> by_lam = Mat<M, M>::Zero();
   Mat<M, D> by_n = Mat<M, D>::Zero();
   Vec<M> by_g = Vec<M>::Zero();
   Mat<M, D> by_w = Mat<M, D>::Zero();
+  Mat<M, D> by_elastic = Mat<M, D>::Zero(); ///< by the accepted elastic slip
   Mat<M, M> by_tie = Mat<M, M>::Zero();
   Vec<M> by_coefficient = Vec<M>::Zero();
   Vec<M> by_gamma = Vec<M>::Zero();
@@ -77,6 +80,10 @@ struct NodeResults
   std::vector<double> slip;     ///< mean along the surface, (nodes, gdim)
 };
 [[nodiscard]] NodeResults node_results(const ContactState& s);
+
+/// @brief Elastic slip at the nodes, as the `spring_points` of the next step: a
+/// point for each node of a facet. Of a law without it, nothing.
+[[nodiscard]] SpringPoints elastic_slip_of_nodes(const ContactState& s);
 
 /// @brief What ties are at the nodes, as the field `traction_old` of the next
 /// step; with friction only.

@@ -28,11 +28,12 @@ enum class NodeVector : std::size_t
 {
   normal, ///< of the law's frame
   slip,
-  past,  ///< what ties were when the step began, once a facet
-  held,  ///< what ties multipliers of held facets  [theory (4.24)]; of a
-         ///< scalar multiplier its first component
-  outer, ///< what ties a node beyond the rim to its partly covered facets
-  inner, ///< what it is within the rim
+  past,    ///< what ties were when the step began, once a facet
+  held,    ///< what ties multipliers of held facets  [theory (4.24)]; of a
+           ///< scalar multiplier its first component
+  outer,   ///< what ties a node beyond the rim to its partly covered facets
+  inner,   ///< what it is within the rim
+  elastic, ///< elastic slip of the accepted step, turned with the surface
   count
 };
 

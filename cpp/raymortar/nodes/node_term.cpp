@@ -142,7 +142,7 @@ void NodeTerm::put_sums(std::span<const double> sums, ContactState& s) const
 
 std::optional<Springs> NodeTerm::accepted_springs(const ContactState& s) const
 {
-  return Springs{accepted_ties(s), {}};
+  return Springs{accepted_ties(s), elastic_slip_of_nodes(s)};
 }
 
 Work NodeTerm::residual(const ContactState& s, VectorSink& sink) const

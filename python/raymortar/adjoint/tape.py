@@ -196,15 +196,16 @@ class Tape:
                     "the surface, where friction carries on from the accepted step, "
                     "which has no derivative here"
                 )
-            if (
-                zone.frictional
-                and held is not None
-                and np.abs(held).max(initial=0.0) > 0
-            ):
+            if zone.frictional and _holds(held):
                 message = (
                     f"Tape: friction springs of {zone.facets.spoken} hold tractions from "
                     "step to step, which have no derivative here: take "
                     "Penalty(tangential='rate') or AugmentedLagrangian(condition='nodes')"
+                )
+            if zone.frictional and zone.has_law_at_nodes and _holds(zone.spring_points):
+                message = (
+                    f"Tape: elastic_slip of {zone.facets.spoken} is kept from step to step, "
+                    "which has no derivative here: leave it out of Coulomb"
                 )
         raise_everywhere(self.problem.comm, message, SetUpError)
 
@@ -220,6 +221,11 @@ class Tape:
                 f"{functionals} functionals and {count} steps"
             )
         return found.reshape(functionals, count)
+
+
+def _holds(springs: Array | None) -> bool:
+    """Whether springs hold anything."""
+    return springs is not None and bool(np.abs(springs).max(initial=0.0) > 0.0)
 
 
 def _functionals(J: Any) -> list[Functional]:

@@ -356,20 +356,21 @@ class Contact(Interaction):
     def friction_work(self) -> float:
         """Work that friction takes in this step, before `advance`. Collective.
 
-        The integral of tractions times the slip, with a penalty the slip beyond the cone:
-        force times length, per thickness in 2D, or of a full turn. The tractions at the
-        end of the step count; of dual multipliers those of the nodes times their mean
-        slips, which is never negative. With a penalty it is 0 in stick: what its springs
-        hold is ``stored_energy("tangential")``.
+        The integral of tractions times the slip, with a penalty or elastic slip the slip
+        beyond the cone: force times length, per thickness in 2D, or of a full turn. The
+        tractions at the end of the step count; of dual multipliers those of the nodes
+        times their mean slips, which is never negative. With a penalty or elastic slip it
+        is 0 in stick: what is given back is ``stored_energy("tangential")``.
         """
         return float(self.results.friction_work())
 
     def stored_energy(self, part: str = "total") -> float:
-        """Energy that the penalty stores at the last `update`. Collective.
+        """Energy that penalty and elastic slip store at the last `update`. Collective.
 
         The integral of ``|t|^2 / (2 gamma)`` over the slave surfaces: force times
         length, per thickness in 2D, or of a full turn. 0 with a multiplier, and with
-        ``Penalty(exact=True)``, which has no penetration.
+        ``Penalty(exact=True)``, which has no penetration. With ``Coulomb(elastic_slip=)``,
+        for every method, the tangential part is half of the traction times that slip.
 
         Parameters
         ----------

@@ -122,6 +122,8 @@ class Flux(Addition):
             made = FluxLaw(law, derivatives, fields)
             heat = _shares(friction_heat)
             _check_fields(contact, several, made)
+            if heat != (0.0, 0.0):
+                _require_heat(contact)
             on_tools = _value_on_tools(contact, tool)
         require_agreement(comm, friction_heat=friction_heat, tool=on_tools)
         self.contact, self.tool = contact, tool
@@ -244,6 +246,16 @@ def _check_fields(contact: Contact, fields: Sequence[Any], law: FluxLaw) -> None
             raise ContactError(
                 f"Flux.fields has {f.name}, a Function on another mesh than the slave"
             )
+
+
+def _require_heat(contact: Contact) -> None:
+    """Raise where the derivative of the heat of friction is not known."""
+    options = contact.surfaces.options
+    if options.has_elastic_slip and options.has_springs:
+        raise ContactError(
+            "the contact of Flux has elastic_slip, of which the heat of friction is not "
+            "known to Flux: pass friction_heat=None"
+        )
 
 
 def _require_point_tractions(contact: Any) -> None:

@@ -117,9 +117,8 @@ class History:
           pairs and surfaces, as forces are; ``work_<name>`` (`works`): so far, by the mean
           of each step's forces at each node;
         - ``energy``; with friction ``friction_work``: what friction has taken so far,
-          `Contact.friction_work`; with a penalty ``stored_normal`` and, with friction,
-          ``stored_tangential``: `Contact.stored_energy`. The work of the loads is the sum
-          of these columns, to the error of the steps.
+          `Contact.friction_work`; of a penalty ``stored_normal``, of its friction and of
+          elastic slip ``stored_tangential``. Their sum is the loads' work, but for steps.
     rows
         The records, with these names as attributes.
 
@@ -257,9 +256,11 @@ class History:
             yield ["friction_work"], lambda: (
                 (self._last() or none)["friction_work"] + contact.friction_work()
             )
-        if any(isinstance(one.method, Penalty) for one in contact.contacts):
-            for part in ["normal"] + ["tangential"] * frictional:
-                yield [f"stored_{part}"], partial(contact.stored_energy, part)
+        of = [one.surfaces.options for one in contact.contacts]
+        penalty = any(isinstance(one.method, Penalty) for one in of)
+        elastic = penalty and frictional or any(one.has_elastic_slip for one in of)
+        for part in ["normal"] * penalty + ["tangential"] * elastic:
+            yield [f"stored_{part}"], partial(contact.stored_energy, part)
         bonds = [one.bond for one in contact.contacts if one.bond is not None]
         if bonds:
             yield ["adhesion_work"], lambda: sum(one.dissipated() for one in bonds)

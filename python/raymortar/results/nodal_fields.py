@@ -26,7 +26,7 @@ from ..core.interface.present import PresentState
 from ..core.options.friction import Law
 from ..core.options.methods import Penalty
 from .points import Results
-from .sums import friction_work, stored_energy
+from .sums import elastic_energy, friction_work, stored_energy
 
 PARTS = ("total", "normal", "tangential")
 
@@ -229,14 +229,22 @@ class ContactResults(Results):
     def stored_energy(self, part: str = "total") -> float:
         """See `Contact.stored_energy`. Collective."""
         check_part(part, self._comm)
-        if not isinstance(self._contact.method, Penalty) or self._contact.method.exact:
-            return 0.0
+        method, elastic = self._contact.method, 0.0
+        is_penalty = isinstance(method, Penalty)
+        options = self.surfaces.options
+        has_springs = options.has_springs
+        if has_springs and options.has_elastic_slip:
+            self._present.require_results()
+            elastic = 0.0 if part == "normal" else elastic_energy(self.zones)
+            has_springs = False
+        if not is_penalty or method.exact:
+            return elastic
         self._present.require_results()
-        if self.friction is not None and self._contact.method.tangential == "rate":
+        if self.friction is not None and not has_springs:
             if part == "tangential":
-                return 0.0
+                return elastic
             part = "normal"
-        return stored_energy(self.zones, part)
+        return elastic + stored_energy(self.zones, part)
 
 
 def results_of(contact: Any) -> Results:

@@ -204,7 +204,7 @@ class Results:
         """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
         points: dict[str, Any] = data.seen_points()
-        for own in ("dual", "dissipated"):
+        for own in ("dual", "dissipated", "elastic_energy"):
             points.pop(own, None)
         numbers = self.pair_table.of_surface(surface, data.facets.master_tags)
         # The last one is for points that hit no master

@@ -308,7 +308,8 @@ def friction_work(zones: Sequence[ZoneData], multiplier: Function | None) -> flo
 def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
     """The share of a zone on this rank."""
     points = zone.points()
-    if multiplier is None or zone.dual_multiplier is None:
+    has_own = multiplier is None or zone.dual_multiplier is None
+    if has_own or "elastic_slip" in points:  # which stores a part
         return float(points["weight"] @ points["dissipated"])
     at = tractions(zone, multiplier)
     hit = points["status"] >= OPEN
@@ -333,6 +334,11 @@ def stored_energy(zones: Sequence[ZoneData], part: str) -> float:
         return found
 
     return _integral(zones, density)
+
+
+def elastic_energy(zones: Sequence[ZoneData]) -> float:
+    """Integrate what elastic slip stores, theory (4.55). Collective."""
+    return _integral(zones, lambda p: p["elastic_energy"])
 
 
 def work_on_gaps(zones: Sequence[ZoneData]) -> float:

@@ -112,7 +112,11 @@ std::vector<FrictionLaw> laws_at(const typename K::State& s, double share)
   if (share == 0.0)
     return {Stick{}};
   const double q = K::trial(s);
-  return {Coulomb{-share * q / K::evaluate(s).p}, Tresca{share * q}};
+  const double p = K::evaluate(s).p;
+  // The disc of elastic slip has the same radius
+  const double elastic = (K::M > 0 ? 0.4 : 1.0) * share * q / gamma_;
+  return {Coulomb{-share * q / p}, Tresca{share * q},
+          Coulomb{-0.6 * share * q / p, elastic}};
 }
 
 template <class K>

@@ -323,7 +323,7 @@ class PresentState:
                 (*side.facet_dofs.shape, side.gdim),
                 may_lack=True,  # before the first step
             )
-            if self._multiplier is None:
+            if self._multiplier is None or self._options.has_elastic_slip:
                 yield Quantity(
                     f"springs {k} at points",
                     lambda: zone.spring_points,

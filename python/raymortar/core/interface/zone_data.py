@@ -130,8 +130,9 @@ class ZoneData:
     # Of friction springs, (slave facets, n, d): their traction; with a multiplier the
     # traction of the law minus the multiplier, over gamma
     traction_old: Array | None = None
-    # Their rest at the points of the accepted step, see `_cpp.Zone.accepted_springs`: rows
-    # of facet, reference coordinates, area and vector, by facet
+    # Their rest at the points of the accepted step, of a multiplier elastic slip there or
+    # at nodes, see `_cpp.Zone.accepted_springs`: rows of facet, reference coordinates,
+    # area and vector, by facet
     spring_points: Array | None = None
     # Whether friction makes couples over gaps, see `PresentState`
     couples_over_gaps: bool = False

@@ -20,7 +20,7 @@ from ..discretization.slave_fields import (
     check_number,
     is_field,
 )
-from ..errors import ContactError, Options
+from ..errors import ContactError, Options, is_real_number
 from .user_laws import UserLaw
 
 
@@ -63,10 +63,32 @@ class Coulomb(Law):
         Friction coefficient, >= 0: a number; a scalar ``Function`` on the displacement's
         mesh; or a function of undeformed positions, (3, n) to (n,). It is taken at the
         nodes of the slave facets when `Contact` is made.
+    elastic_slip
+        Slip that is given back, a length >= 0: the tangential traction grows in
+        proportion to the slip and reaches ``mu |p|`` at this length. 0: closed contact
+        sticks rigidly.
     """
 
     quantity, _make, _name = FRICTION_COEFFICIENT, _cpp.Coulomb, "mu"
     mu: FieldValue
+    elastic_slip: float = 0.0
+
+    def cpp(self) -> _cpp.Coulomb:
+        law: _cpp.Coulomb = super().cpp()
+        law.elastic_slip = float(self.elastic_slip)
+        return law
+
+    def check(self) -> None:
+        super().check()
+        if not is_real_number(self.elastic_slip):
+            raise ContactError(
+                f"elastic_slip of Coulomb must be a number, not {self.elastic_slip!r}"
+            )
+        if not 0.0 <= self.elastic_slip < np.inf:
+            raise ContactError(
+                f"elastic_slip of Coulomb = {self.elastic_slip} must be a finite length "
+                ">= 0"
+            )
 
 
 @dataclass(frozen=True)

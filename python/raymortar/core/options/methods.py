@@ -278,6 +278,11 @@ class ContactOptions:
         kept = getattr(self.method, "tangential", "elastic") == "elastic"
         return kept and self.friction is not None
 
+    @property
+    def has_elastic_slip(self) -> bool:
+        """Whether friction gives a part of the slip back."""
+        return getattr(self.friction, "elastic_slip", 0.0) > 0.0
+
     def multiplier_kind(self, p: int, dim: int, is_tie: bool) -> tuple[int, int]:
         """Degree and components of the multiplier; 0 components: no multiplier.
 
