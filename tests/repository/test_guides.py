@@ -208,7 +208,7 @@ BEFORE: dict[str, list[str | None]] = {
         "problem = NonlinearProblem(E * residual, contact, bcs)\n"
         "solver = problem.snes_solver",
     ],
-    "docs/friction.md": ["", PROBLEM + "step = 0.0"],
+    "docs/friction.md": ["", "", PROBLEM + "step = 0.0"],
     "docs/recipes.md": [None] * 5,
     "docs/recipes_joints.md": [None] * 2,
     "docs/recipes_solving.md": [None] * 5,
