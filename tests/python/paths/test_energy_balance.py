@@ -21,7 +21,9 @@ from raymortar import (
 )
 from raymortar.paths.energy_balance import MISSING, RIPPLE, Balance, balance_of_step
 from raymortar.paths.load_path import PrescribedPath, StepSizes
-from raymortar.paths.strategies import FULL, VISCOUS, Strategies
+from raymortar.paths.strategies import Strategies
+from raymortar.paths.strategy import FULL, VISCOUS
+from raymortar.paths.ways import FadingForces, SmallGamma
 from raymortar.results.sums import slip_work
 
 
@@ -98,12 +100,14 @@ def jumping(monkeypatch, first, last, depth):
             raise ConvergenceError("it cycles")
         return given(self, *state)
 
-    def solve():
+    def solve(way, first):
         put(found, depth)
         return 1
 
     monkeypatch.setattr(Strategies, "_as_given", fails)
-    monkeypatch.setattr(Strategies, "_others", lambda *_: iter([(VISCOUS, solve)]))
+    monkeypatch.setattr(SmallGamma, "is_of_use", lambda _: False)
+    monkeypatch.setattr(FadingForces, "is_of_use", lambda _: True)
+    monkeypatch.setattr(FadingForces, "solve", solve)
     put(found, depths(first)[0])
     found.problem.contact.advance()
     return LoadSteps(found.solver, found.apply, 1, 1, path=(first, last))

@@ -8,7 +8,7 @@ from problems import worst
 from raymortar import ContactError, LoadSteps
 from raymortar.paths import soft_start
 from raymortar.paths.prediction import LONGEST, Prediction
-from raymortar.paths.strategies import FULL, SMALL_GAMMA
+from raymortar.paths.strategy import FULL, SMALL_GAMMA
 
 
 def recorded(monkeypatch):
