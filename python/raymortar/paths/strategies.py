@@ -9,11 +9,11 @@ from ..core.errors import ConvergenceError
 from ..core.solvers.solver import temporarily
 from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
+from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .energy_balance import Balance, balance_of_step
 from .load_path import PrescribedPath
 from .prediction import Lessons
-from .stabilization import Stabilization
 from .strategy import (
     EXTRAPOLATED,
     FULL,

@@ -7,18 +7,12 @@ from functools import cached_property
 from typing import Any
 
 from ..core.solvers.newton import SNESSolver
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, iterations_of
+from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .load_path import PrescribedPath
 from .prediction import Lessons
-from .soft_start import (
-    iterations_of,
-    lend_tenths,
-    set_gammas,
-    solve_by_small_gamma,
-    with_line_search,
-)
-from .stabilization import Stabilization
+from .soft_start import lend_tenths, set_gammas, solve_by_small_gamma, with_line_search
 from .strategy import SMALL_GAMMA, SOFT, VISCOUS, Strategy, is_curable
 
 

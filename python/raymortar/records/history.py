@@ -40,7 +40,7 @@ from .patch_columns import (
     patch_columns,
     torque_columns,
 )
-from .records import checked, numbers, present_name, read_records
+from .rows import checked, numbers, present_name, read_records
 
 # First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
