@@ -12,9 +12,11 @@ PACKAGE = ROOT / "python" / "raymortar"
 
 
 def is_number(value):
-    """Whether an expression is made of numbers, not of truth values or texts."""
-    parts = [part for part in ast.walk(value) if isinstance(part, ast.Constant)]
-    return bool(parts) and all(type(part.value) in (int, float) for part in parts)
+    """Whether an expression is made of numbers, not of texts or calls."""
+    parts = list(ast.walk(value))
+    leaves = [part.value for part in parts if isinstance(part, ast.Constant)]
+    calls = any(isinstance(part, ast.Call) for part in parts)
+    return bool(leaves) and all(type(n) in (int, float) for n in leaves) and not calls
 
 
 def numbers(text):
