@@ -179,7 +179,7 @@ class CoupledProblem:
         """Matrix with room for the tangent. Collective."""
         self.contact.system.use_volume(self._pattern)
         is_first = not self.contact.system.preallocations
-        A = self.contact.create_matrix(self.a)
+        A = self.contact.system.create_matrix(self.a)
         if is_first:
             for call in hooks.on_setup:
                 call(self)
@@ -376,7 +376,7 @@ class CoupledProblem:
         to add, (n,). Collective."""
         rows = self.forces_of_bodies()
         b = self.create_vector()
-        self.contact.assemble_vector(b)
+        self.contact.system.assemble_vector(b)
         rows += b.getArray(readonly=True)[: self.contact.system.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]

@@ -155,6 +155,9 @@ def balance_of_step(
             # where a path starts. What penalties store there counts by itself
             new = np.abs(a.force) <= UNPRESSED * np.abs(b.force)
             works.append((0.0, float(b.force[new] @ np.maximum(-a.gap[new], 0.0))))
+            # Surfaces that have worn since they were pressed: what closes the gap is spent
+            worn = np.where(new, 0.0, np.maximum(a.gap, 0.0))
+            works.append((-float(b.force @ worn), 0.0))
     for (force, place), (new_force, new_place) in zip(first.supplied, last.supplied):
         way = new_place - place
         works.append((float(force @ way), float(new_force @ way)))
