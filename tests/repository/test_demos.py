@@ -45,6 +45,7 @@ import snap_through  # noqa: E402
 import spinning_ring  # noqa: E402
 import tied_cantilever  # noqa: E402
 import two_bars  # noqa: E402
+import wheel  # noqa: E402
 
 from raymortar import ContactWarning  # noqa: E402
 
@@ -163,6 +164,10 @@ def test_a_bolt_carries_its_pretension_and_then_the_load(folder):
 
 def test_a_tape_peels_as_the_elastica_says(folder):
     run(peeling, folder)
+
+
+def test_a_tyre_rolls_and_is_braked_as_its_hub_says(folder):
+    run(wheel, folder)
 
 
 def test_a_sheet_is_bent_and_springs_back(folder):
