@@ -118,8 +118,9 @@ class History:
           of each step's forces at each node;
         - ``energy``; with friction ``friction_work``: what friction has taken so far,
           `Contact.friction_work`; with a penalty ``stored_normal`` and, with friction,
-          ``stored_tangential``: `Contact.stored_energy`. The work of the loads is the sum
-          of these columns, to the error of the steps.
+          ``stored_tangential``: `Contact.stored_energy`; with adhesion
+          ``adhesion_work``, what damage has taken so far, and ``stored_adhesion``. The
+          work of the loads is the sum of these columns, to the error of the steps.
     rows
         The records, with these names as attributes.
 
