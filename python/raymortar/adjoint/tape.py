@@ -15,7 +15,7 @@ from ..core.state import State
 from ..paths.load_steps import LoadSteps
 from .forms import residuals
 from .functionals import Functional, Sum, as_functional
-from .gradients import add_derivatives, checked, refuse, results, tell_kinks
+from .gradients import add_derivatives, check_state, checked, refuse, results
 from .linear import Linearised
 
 
@@ -138,7 +138,7 @@ class Tape:
         for n in reversed(range(1, len(self._records))):
             self._go_to(n)
             at = Linearised(problem)
-            tell_kinks(problem, those)
+            check_state(problem, those)
             part = Sum(functionals, factors[:, n - 1].tolist())
             right = part.by_unknowns(at)
             if carried is not None and springs is not None:

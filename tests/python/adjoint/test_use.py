@@ -35,7 +35,8 @@ REMAINDERS = [
     *((blocks, "points", name) for name in ("modulus", "offset", "friction", "shape")),
     *((blocks, "penalty", name) for name in ("modulus", "load", "shape", "gamma")),
     *((tool, "points", name) for name in ("radius", "place", "offset", "friction")),
-    *((tool, "dual", name) for name in ("radius", "place")),
+    *((tool, "dual", name) for name in ("radius", "place", "shape")),
+    (blocks, "nodes", "shape"),
 ]
 
 
@@ -66,8 +67,7 @@ def test_remainder_is_of_second_order(make, method, name):
 @pytest.mark.parametrize("method", ["points", "dual", "penalty"])
 def test_on_ranks(method):
     """Forms and forces on any number of ranks, by parameters of both kinds."""
-    names = ["modulus", "load", "offset", "friction"]
-    names += [] if method == "dual" else ["shape"]
+    names = ["modulus", "load", "offset", "friction", "shape"]
     for which in ("form", "force"):
         compare(lambda **k: blocks(method=method, mu=0.2, **k), names, which)
 
@@ -219,8 +219,10 @@ def test_parameters_that_are_refused():
     for scene in (block, led):
         solve(scene)
     mesh = led.u.function_space.mesh
-    dual = blocks(method="dual")
-    solve(dual)
+    dual = blocks("hexahedron", "dual", n=(2, 1))
+    rim = tool("tetrahedron", "dual", n=3)
+    for scene in (dual, rim):
+        solve(scene)
     free = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",))
     for wrong, text in [
         ((block, lambda: adjoint.friction(block.contact)), "no coefficient of Coulomb"),
@@ -232,7 +234,11 @@ def test_parameters_that_are_refused():
         ((block, lambda: adjoint.coordinates(mesh)), "no displacement of the problem"),
         (
             (dual, lambda: adjoint.coordinates(dual.u.function_space.mesh)),
-            "depend on undeformed areas",
+            "dual functions depend",
+        ),
+        (
+            (rim, lambda: adjoint.coordinates(rim.u.function_space.mesh)),
+            "partly uncovered",
         ),
     ]:
         scene, make = wrong
