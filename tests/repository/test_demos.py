@@ -38,6 +38,7 @@ import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
 import return_mapping  # noqa: E402
 import rolling  # noqa: E402
+import seal_lip  # noqa: E402
 import shallow_ironing  # noqa: E402
 import shells  # noqa: E402
 import slabs  # noqa: E402
@@ -278,3 +279,8 @@ def test_a_ring_loses_its_spin_to_friction(folder):
 
 def test_parameters_of_an_ironing_test_are_found(folder):
     run(calibration, folder)
+
+
+@pytest.mark.mpi
+def test_a_seal_lip_presses_evenly(folder):
+    run(seal_lip, folder)

@@ -21,4 +21,9 @@ struct Springs
 /// @param[in] results Of the present state
 [[nodiscard]] Springs accepted_springs(const ContactState& state,
                                        const PointResults& results);
+
+/// @brief Number of each integration point among those of the springs that the
+/// present state hands on; no_index: it is open.
+[[nodiscard]] std::vector<Index> spring_numbers(const ContactState& state,
+                                                const PointResults& results);
 } // namespace raymortar
