@@ -292,7 +292,7 @@ class Account:
         """Energies with velocities, (n,)."""
         kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
         works = *self._shown.tolist(), *self._dissipated.tolist()
-        return Energy(kinetic, self._elastic, *works, self._bonded)
+        return Energy(kinetic, self._elastic, *works, adhesion=self._bonded)
 
     # Columns
 
