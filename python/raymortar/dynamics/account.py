@@ -291,8 +291,9 @@ class Account:
     def _energies(self, v: Array) -> Energy:
         """Energies with velocities, (n,)."""
         kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
-        works = *self._shown.tolist(), *self._dissipated.tolist()
-        return Energy(kinetic, self._elastic, *works, adhesion=self._bonded)
+        contact, external = self._shown.tolist()
+        taken = float(self._dissipated[0])
+        return Energy(kinetic, self._elastic, contact, external, taken, self._bonded)
 
     # Columns
 
