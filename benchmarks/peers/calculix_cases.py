@@ -21,8 +21,8 @@ from peer_case import Case, Effort, Failed, Found
 
 MISSING = "CalculiX is missing (calculix-ccx): its runs are left out"
 PROGRAM = shutil.which("ccx")
-# Longer runs are ended [s]
-LONGEST = 900
+# Longer runs are ended: seconds of the processor. Those that arrive take a tenth
+LONGEST = 300
 
 
 class CalculiX:
@@ -51,18 +51,17 @@ class CalculiX:
             raise Failed(MISSING)
         one = {name: "1" for name in ("OMP_NUM_THREADS", "CCX_NPROC_STIFFNESS")}
         before = _children()
-        try:
-            done = subprocess.run(
-                [PROGRAM, "-i", "job"],
-                cwd=self.job.parent,
-                env=os.environ | one,
-                capture_output=True,
-                text=True,
-                timeout=LONGEST,
-            )
-        except subprocess.TimeoutExpired as error:
-            raise Failed(f"took more than {LONGEST} s") from error
+        done = subprocess.run(
+            [PROGRAM, "-i", "job"],
+            cwd=self.job.parent,
+            env=os.environ | one,
+            capture_output=True,
+            text=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LONGEST,) * 2),
+        )
         self.seconds = _children() - before
+        if self.seconds >= LONGEST:
+            raise Failed(f"took more than {LONGEST} s")
         found = results.effort(self._read(".cvg"), self._read(".sta"))
         times, _ = results.totals(self._read(".dat"))
         end = self.case.legs[-1][0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from mpi4py import MPI
 
 from meshes.meshing import Scene
-from raymortar.core import compat
+from raymortar.io import read_gmsh
 
 
 def polygon(kernel, points, size):
@@ -23,7 +23,7 @@ def read(draw, dim=2):
     """
     comm = MPI.COMM_WORLD
     if comm.rank > 0:
-        found = compat.read_gmsh(None, comm, gdim=dim)
+        found = read_gmsh(None, comm, gdim=dim)
     else:
         import gmsh
 
@@ -36,7 +36,7 @@ def read(draw, dim=2):
             for name, entities in sides.items():
                 _name(gmsh, dim - 1, entities, name)
             gmsh.model.mesh.generate(dim)
-            found = compat.read_gmsh(gmsh.model, comm, gdim=dim)
+            found = read_gmsh(gmsh.model, comm, gdim=dim)
         finally:
             gmsh.finalize()
     tags = {name: tag for name, (d, tag) in found.names.items() if d == dim - 1}

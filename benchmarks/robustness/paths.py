@@ -128,10 +128,10 @@ def rigid_punch(cell, degree, push, steps, **options):
     )
 
 
-def rigid_slave(cell, degree, above, below, push, steps, width=1.0, **options):
-    """A rigid flat slave of so many facets on a soft master of fewer, from a gap."""
+def rigid_flat(cell, degree, above, below, push, steps, pairs=None, **options):
+    """A rigid flat of so many facets, the master, on a soft slave of fewer, from a gap."""
     dim = DIMENSION[cell]
-    size = (width,) * (dim - 1) + (1.0,)
+    size = (1.0,) * dim
     scene = two_blocks(COMM, dim, cell, below, above, upper_size=size, gap=0.01)
     moved = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
 
@@ -139,6 +139,7 @@ def rigid_slave(cell, degree, above, below, push, steps, width=1.0, **options):
         rigid = fix(V, scene, ["top", "slave"], None, moved)
         return [fix(V, scene, "bottom"), rigid]
 
+    options["pairs"] = pairs or [("master", "slave")]
     problem = build(scene, degree, "neo-hookean", bcs=conditions, **options)
 
     def apply(t):
@@ -353,27 +354,24 @@ PATHS = {
     "stamp drawn along, hexahedra, penalty, on a map": lambda: dragged(
         "hexahedron", 1, 12, 0.5, ON_A_MAP, method=raymortar.Penalty()
     ),
-    **{
-        f"rigid flat slave, {above}/{below} facets": lambda n=(above, below): (
-            rigid_slave("quadrilateral", 1, *n, 0.2, 4)
-        )
-        for above, below in ((5, 5), (6, 5), (9, 5), (24, 20))
-    },
-    "rigid flat slave, 9/5 facets, mu = 0.3": lambda: rigid_slave(
-        "triangle", 1, 9, 5, 0.2, 4, friction=raymortar.Coulomb(0.3)
-    ),
-    "rigid flat slave, 9/5 facets, degree 2": lambda: rigid_slave(
-        "quadrilateral", 2, 9, 5, 0.2, 4
-    ),
-    "rigid flat slave, 6/4 facets, hexahedra": lambda: rigid_slave(
-        "hexahedron", 1, 6, 4, 0.2, 4
+    "rigid flat slave, 5/5 facets": lambda: rigid_flat(
+        "quadrilateral", 1, 5, 5, 0.2, 4, [("slave", "master")]
     ),
     **{
         f"rigid flat master, {above}/{below} facets": lambda n=(above, below): (
-            rigid_slave("quadrilateral", 1, *n, 0.2, 4, pairs=[("master", "slave")])
+            rigid_flat("quadrilateral", 1, *n, 0.2, 4)
         )
-        for above, below in ((9, 5), (24, 20))
+        for above, below in ((6, 5), (9, 5), (24, 20))
     },
+    "rigid flat master, 9/5 facets, mu = 0.3": lambda: rigid_flat(
+        "triangle", 1, 9, 5, 0.2, 4, friction=raymortar.Coulomb(0.3)
+    ),
+    "rigid flat master, 9/5 facets, degree 2": lambda: rigid_flat(
+        "quadrilateral", 2, 9, 5, 0.2, 4
+    ),
+    "rigid flat master, 6/4 facets, hexahedra": lambda: rigid_flat(
+        "hexahedron", 1, 6, 4, 0.2, 4
+    ),
     "between equal plates": lambda: between_plates("triangle", 1, 0.1, 2),
     "between equal plates, hexahedra": lambda: between_plates("hexahedron", 1, 0.1, 2),
     "ironing, full steps": lambda: ironing(60, 26),

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from .condensed.condensed_problem import CondensedProblem
     from .dynamics.inertia import Inertia
     from .dynamics.time_steps import TimeSteps
-    from .paths.checkpoint import Checkpoint
-    from .paths.history import History
     from .paths.load_steps import LoadSteps
     from .plotting.picture import plot
+    from .records.checkpoint import Checkpoint
+    from .records.history import History
     from .ties.pretension import Pretension
     from .ties.tie import Tie
 
@@ -80,10 +80,10 @@ __all__ = [
 # Rooms, and modules of names that not every program needs
 _PLACES = {
     **{name: "" for name in __all__ if name.islower() and name != "plot"},
-    "Checkpoint": ".paths.checkpoint",
+    "Checkpoint": ".records.checkpoint",
     "Cohesive": ".adhesion.cohesive",
     "CondensedProblem": ".condensed.condensed_problem",
-    "History": ".paths.history",
+    "History": ".records.history",
     "Inertia": ".dynamics",
     "LoadSteps": ".paths.load_steps",
     "Pretension": ".ties.pretension",

@@ -368,6 +368,18 @@ def add_tangent(
 def add_by_parameter(
     zone: Zone, A: int, kind: str, tool: int = ..., now: _Reals = ..., old: _Reals = ...
 ) -> None: ...
+def add_springs_by_parameter(
+    zone: Zone,
+    b: int,
+    weights: _Reals,
+    kind: str,
+    tool: int = ...,
+    now: _Reals = ...,
+    old: _Reals = ...,
+) -> None: ...
+def springs_back(
+    zone: Zone, slave: _Reals, master: _Reals, weights: _Reals
+) -> _Reals: ...
 def apply_lifting(
     zone: Zone,
     b: int,

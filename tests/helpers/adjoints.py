@@ -152,7 +152,7 @@ def along(gradient, direction):
     else:
         d.interpolate(direction)
     own = V.dofmap.index_map.size_local * V.dofmap.index_map_bs
-    return COMM.allreduce(float(gradient.x.array[:own] @ d.x.array[:own]))
+    return V.mesh.comm.allreduce(float(gradient.x.array[:own] @ d.x.array[:own]))
 
 
 def move_nodes(mesh, by):
@@ -166,13 +166,14 @@ def move_nodes(mesh, by):
 
 
 def blocks(
-    cell="triangle", method="points", mu=None, p=None, n=(5, 4), degree=1, **more
-):
+    cell="triangle", method="points", mu=None, p=None, n=(5, 4), degree=1, comm=COMM,
+    **more,
+):  # fmt: skip
     """A narrow block with a round bottom that is pressed on another."""
     p = p or Parameters()
     dim = 2 if cell in ("triangle", "quadrilateral") else 3
     scene = two_blocks(
-        COMM, dim, cell, n[0], n[1], lower_size=(1.4, 1.0, 0.6)[: dim - 1] + (0.7,),
+        comm, dim, cell, n[0], n[1], lower_size=(1.4, 1.0, 0.6)[: dim - 1] + (0.7,),
         upper_size=(0.9, 0.8, 0.6)[: dim - 1] + (0.6,), perturb=0.1,
     )  # fmt: skip
     mesh = scene.mesh
@@ -211,11 +212,11 @@ def elastic(V, u, p):
 
 
 def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, degree=1,
-         clearance=0.005, **more):  # fmt: skip
+         clearance=0.005, comm=COMM, **more):  # fmt: skip
     """A block below a round tool that is led."""
     p = p or Parameters()
     dim = 2 if cell in ("triangle", "quadrilateral") else 3
-    mesh = boxes.box(cell, n)
+    mesh = boxes.box(cell, n, comm=comm)
     tags = boxes.tag_sides(mesh, (dim - 1, 1.0), (dim - 1, 0.0))
     moved = move_nodes(mesh, p.shape)
     V = compat.vector_space(mesh, degree)

@@ -58,16 +58,16 @@ def box_arrays(cell, n, degree, offset=0.0, move=lambda x: x):
     return cells.reshape(points.shape[:2]), x
 
 
-def build(cell, arrays, degree=1, ghosts=False):
+def build(cell, arrays, degree=1, ghosts=False, comm=COMM):
     """Distribute arrays that live on the first rank."""
     cells, x = arrays
-    if COMM.rank > 0:
+    if comm.rank > 0:
         cells, x = cells[:0], x[:0]
-    return create_mesh(COMM, cells, x, cell, degree, ghosts)
+    return create_mesh(comm, cells, x, cell, degree, ghosts)
 
 
-def box(cell, n=2, degree=1, ghosts=False, **options):
-    return build(cell, box_arrays(cell, n, degree, **options), degree, ghosts)
+def box(cell, n=2, degree=1, ghosts=False, comm=COMM, **options):
+    return build(cell, box_arrays(cell, n, degree, **options), degree, ghosts, comm)
 
 
 def curve(x):

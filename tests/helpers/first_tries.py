@@ -12,6 +12,7 @@ from problems import COMM
 
 import raymortar
 from raymortar.core import compat
+from raymortar.io import read_gmsh
 
 # Rubber
 E, NU = 5e6, 0.45
@@ -44,7 +45,7 @@ def read(draw, size):
         gmsh.option.setNumber("Mesh.MeshSizeMin", size)
         gmsh.model.mesh.generate(2)
         gmsh.model.mesh.setOrder(2)
-    found = compat.read_gmsh(gmsh.model if COMM.rank == 0 else None, COMM, gdim=2)
+    found = read_gmsh(gmsh.model if COMM.rank == 0 else None, COMM, gdim=2)
     if COMM.rank == 0:
         gmsh.finalize()
     return found

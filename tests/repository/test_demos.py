@@ -31,12 +31,14 @@ import indentation  # noqa: E402
 import ironing_3d  # noqa: E402
 import newton_of_dolfinx  # noqa: E402
 import own_assembly  # noqa: E402
+import peeling  # noqa: E402
 import pin  # noqa: E402
 import plug  # noqa: E402
 import press_fit  # noqa: E402
 import press_fit_lame  # noqa: E402
 import return_mapping  # noqa: E402
 import rolling  # noqa: E402
+import seal_lip  # noqa: E402
 import shallow_ironing  # noqa: E402
 import shells  # noqa: E402
 import slabs  # noqa: E402
@@ -44,6 +46,7 @@ import snap_through  # noqa: E402
 import spinning_ring  # noqa: E402
 import tied_cantilever  # noqa: E402
 import two_bars  # noqa: E402
+import wheel  # noqa: E402
 
 from raymortar import ContactWarning  # noqa: E402
 
@@ -160,6 +163,14 @@ def test_a_bolt_carries_its_pretension_and_then_the_load(folder):
     run(bolt, folder)
 
 
+def test_a_tape_peels_as_the_elastica_says(folder):
+    run(peeling, folder)
+
+
+def test_a_tyre_rolls_and_is_braked_as_its_hub_says(folder):
+    run(wheel, folder)
+
+
 def test_a_sheet_is_bent_and_springs_back(folder):
     run(forming, folder, "--steps", "10")
 
@@ -268,3 +279,8 @@ def test_a_ring_loses_its_spin_to_friction(folder):
 
 def test_parameters_of_an_ironing_test_are_found(folder):
     run(calibration, folder)
+
+
+@pytest.mark.mpi
+def test_a_seal_lip_presses_evenly(folder):
+    run(seal_lip, folder)

@@ -99,7 +99,7 @@ def body(x, y, of_sides):
     return u, tagged, F, tools.prescribe(V, found[0])
 """
 OWN = """
-pair = True
+pair, size = True, 1.0
 contact = raymortar.Contact(
     u, facets, pairs, raymortar.Penalty(), friction=raymortar.Coulomb(0.3)
 )

@@ -12,6 +12,7 @@ import raymortar
 from meshes.scenes import two_blocks
 from raymortar import Coulomb, History, LoadSteps, Penalty, SNESSolver
 from raymortar.core import compat
+from raymortar.io import read_gmsh, write_vtk, write_xdmf
 
 pytestmark = [pytest.mark.quick, pytest.mark.mpi]
 
@@ -196,8 +197,8 @@ def test_pictures_are_of_contacts_and_fields(ready, scene):
 
 def test_functions_are_written(scene, folder):
     with refused("functions must be a list of Functions"):
-        compat.write_xdmf(folder / "a.xdmf", scene.mesh, [3])
+        write_xdmf(folder / "a.xdmf", scene.mesh, [3])
     with refused("functions must be a list of Functions"):
-        compat.write_vtk(folder / "a.pvd", scene.mesh, [])
+        write_vtk(folder / "a.pvd", scene.mesh, [])
     with refused("source must be gmsh.model or the path of a .msh file, not None"):
-        compat.read_gmsh(None, COMM)
+        read_gmsh(None, COMM)

@@ -15,6 +15,7 @@ from meshes.scenes import two_blocks
 from raymortar import ContactError
 from raymortar.core import compat
 from raymortar.core.system import memory
+from raymortar.io import read_gmsh, write_xdmf
 
 LARGEST_TAG = 2**31 - 1
 
@@ -57,7 +58,7 @@ def gmsh_file(tmp_path_factory):
 def test_largest_tag_is_a_tag_like_any_other(gmsh_file, tmp_path):
     path = tmp_path / "whole.msh"
     path.write_text(gmsh_file)
-    mesh = compat.read_gmsh(path, COMM, 2)
+    mesh = read_gmsh(path, COMM, 2)
     u = fem.Function(compat.vector_space(mesh.mesh, 1))
     contact = raymortar.Contact(
         u, mesh.facet_tags, [(LARGEST_TAG, 7)], raymortar.AugmentedLagrangian(1.0)
@@ -72,7 +73,7 @@ def test_truncated_meshes_are_refused(gmsh_file, tmp_path, share):
     path = tmp_path / "cut.msh"
     path.write_text(gmsh_file[: int(share * len(gmsh_file))])
     with pytest.raises(ContactError, match="not a whole Gmsh file"):
-        compat.read_gmsh(path, COMM, 2)
+        read_gmsh(path, COMM, 2)
 
 
 @pytest.mark.mpi
@@ -84,7 +85,7 @@ def test_corrupted_meshes_are_refused(gmsh_file, tmp_path, seed):
     path = tmp_path / "corrupted.msh"
     path.write_bytes(text.tobytes())
     with pytest.raises(ContactError, match="not a whole Gmsh file"):
-        compat.read_gmsh(path, COMM, 2)
+        read_gmsh(path, COMM, 2)
 
 
 @pytest.mark.mpi
@@ -104,7 +105,7 @@ def test_folder_that_is_a_file_is_reported(pressed, folder):
     no_folder = folder / "file"
     no_folder.write_text("")
     with pytest.raises(ContactError, match="cannot be written"):
-        compat.write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
+        write_xdmf(no_folder / "u.xdmf", pressed.scene.mesh, [pressed.u])
     with pytest.raises(ContactError, match="cannot be written"):
         pressed.contact.results.write_segments(no_folder / "segments.vtu")
 

@@ -13,6 +13,7 @@ from tying import E, build, with_gap
 from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
+    Cohesive,
     ContactError,
     Coulomb,
     Penalty,
@@ -183,6 +184,8 @@ BAD = {
     "a Tie takes no measure": {"measure": "current"},
     "a Tie takes no tangent": {"tangent": "fixed"},
     "a Tie takes no smooth": {"smooth": True},
+    "a Tie takes no frame": {"frame": "master"},
+    "a Tie takes no adhesion: it never opens": {"adhesion": Cohesive(1.0, 1.0)},
     "adjust must be 'keep' or 'close', not 'open'": {"adjust": "open"},
     "partial = 1 must be True or False": {"partial": 1},
     "a Tie holds at points": {"method": AugmentedLagrangian(condition="nodes")},

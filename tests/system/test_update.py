@@ -17,7 +17,7 @@ from raymortar import (
     Penalty,
     SNESSolver,
 )
-from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
+from raymortar.paths.soft_start import solve_by_small_gamma, with_line_search
 
 pytestmark = [pytest.mark.mpi, pytest.mark.quick]
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import warnings
 
+from petsc4py import PETSc
+
 import gathered
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem
 from problems import CELLS, fix, stack, worst
+from worn import Pressed
 
 import raymortar
 from raymortar import (
@@ -304,3 +307,29 @@ def test_implicit_wear_with_friction_is_the_law_of_the_end():
     for _ in LoadSteps(case.problem.snes_solver, apply, 4, on_accept=accept):
         pass
     assert max(lacks) <= 1e-6, lacks
+
+
+def test_implicit_wear_needs_solves_that_are_repeated():
+    """By a loop of the user's own it would wear nothing."""
+    case = Pressed()
+    wear, problem = Wear(case.contact, Archard(1e-3), implicit=True), case.problem
+    case.press(1.0)
+    problem.solve()
+    case.contact.advance()
+    wear.accept()
+    case.slide(1.0)
+    A, x = problem.create_matrix(), problem.start()
+    b, change = x.duplicate(), x.duplicate()
+    ksp = PETSc.KSP().create(problem.comm)
+    ksp.setType("preonly"), ksp.getPC().setType("lu")
+    ksp.getPC().setFactorSolverType("mumps")
+    for _ in range(4):
+        problem.F(x, b)
+        problem.J(x, A)
+        ksp.setOperators(A)
+        ksp.solve(b, change)
+        x.axpy(-1.0, change)
+    problem.F(x, b)
+    case.contact.advance()
+    with pytest.raises(ContactError, match="solvers of raymortar alone do"):
+        wear.accept()

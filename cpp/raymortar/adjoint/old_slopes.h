@@ -129,6 +129,23 @@ private:
   Mat<D, D> _by_n_s, _by_n_m; ///< by the old normals of both sides
 };
 
+/// @brief Derivative of what springs hold, as the law takes it, by the field of
+/// the accepted step: (4.9) is linear.
+/// @param[in] slave Its present frame
+/// @param[in] whole See carry_traction
+template <int D>
+[[nodiscard]] Mat<D, D> spring_by_held(const OldPoint<D, true>& was,
+                                       const Frame<D>& slave, bool whole)
+{
+  Mat<D, D> by;
+  for (int i = 0; i < D; ++i)
+    set_column(by, i,
+               carry_traction<D>(was.slave.old, was.slave.old_dual, slave,
+                                 Vec<D>(Vec<D>::Unit(i)), whole)
+                   .value());
+  return by;
+}
+
 /// @brief Derivative of what springs hold by the old tangent j of the slave.
 /// @param[in] slave Its present frame
 template <int D>

@@ -27,6 +27,8 @@ struct Parameter
     fields,    ///< first component: the offset; second: friction coefficient
     gamma,     ///< first component: logarithm of a penalty's coefficient
     old,       ///< positions at the accepted step
+    springs,   ///< what springs hold at the point, in place of the slave's
+    unknowns,  ///< the displacements; of what springs hold alone
     reference, ///< undeformed positions, of which areas are made
     tool       ///< one component for each motion of a tool, (gdim) at most
   };

@@ -42,7 +42,7 @@ public:
       add_hit(points, Hit(points.data, points.at));
   }
 
-private:
+protected:
   /// What is known of a point
   struct Point
   {
@@ -130,6 +130,15 @@ private:
       break;
     case Parameter::Kind::old:
       rows = by_old<R>(law, here);
+      break;
+    case Parameter::Kind::springs:
+      if constexpr (requires { law.by_w; })
+        rows.slave[0] =
+            law.by_spring *
+            spring_by_held<D>(here.p.old, here.p.slave, here.p.of_target);
+      break;
+    case Parameter::Kind::unknowns:
+      rows = chain<R>(law, here.p, here.by, Columns(here.p, here.by, true));
       break;
     case Parameter::Kind::reference:
       add_undeformed_area<R>(here.e, value, rows);

@@ -144,14 +144,32 @@ combination(const PowersOnFacet& of, const Vec<3>& factors)
 }
 } // namespace
 
-FacetMatrix polynomials_on_part(Shape shape, int degree,
-                                const FacetMatrix& part)
+namespace
+{
+/// Polynomials on a part, and those of the last degree that are left out
+struct Told
+{
+  FacetMatrix found;
+  Eigen::Index whole = 0; ///< columns of degrees of which none is left out
+  FacetMatrix left;       ///< of unit length at the nodes
+  std::vector<double> share, left_share; ///< mean squares on the part
+};
+
+Told tell(Shape shape, int degree, const FacetMatrix& part)
 {
   const std::vector<Vec<2>> places = node_places(shape, degree);
   // Share of a polynomial that is as large on the part as at the nodes
   const double equal = part.sum() / static_cast<double>(places.size());
   const int last = shape == Shape::interval ? degree : 2 * degree;
-  FacetMatrix found(part.rows(), 0);
+  Told told;
+  FacetMatrix& found = told.found;
+  found.resize(part.rows(), 0);
+  told.left.resize(part.rows(), 0);
+  const auto append = [](FacetMatrix& to, const auto& column)
+  {
+    to.conservativeResize(Eigen::NoChange, to.cols() + 1);
+    to.col(to.cols() - 1) = column;
+  };
   for (int total = 0; total <= last; ++total)
   {
     PowersOnFacet block = powers_on_facet(shape, degree, total, places);
@@ -167,15 +185,50 @@ FacetMatrix polynomials_on_part(Shape shape, int degree,
     for (int k = 0; k < block.cols(); ++k)
     {
       const double share = pairs.values[k];
+      const auto one = combination(block, column(pairs.vectors, k));
       if (share < smallest_share * equal)
+      {
+        append(told.left, one);
+        told.left_share.push_back(share);
         continue;
-      found.conservativeResize(Eigen::NoChange, found.cols() + 1);
-      found.col(found.cols() - 1) =
-          combination(block, column(pairs.vectors, k)) / std::sqrt(share);
+      }
+      append(found, one / std::sqrt(share));
+      told.share.push_back(share);
     }
     if (found.cols() < wanted)
       break;
+    told.whole = wanted;
   }
-  return found;
+  return told;
+}
+} // namespace
+
+FacetMatrix polynomials_on_part(Shape shape, int degree,
+                                const FacetMatrix& part)
+{
+  return tell(shape, degree, part).found;
+}
+
+FacetMatrix projection_by_part(Shape shape, int degree, const FacetMatrix& part,
+                               const FacetMatrix& W)
+{
+  const Told told = tell(shape, degree, part);
+  const FacetMatrix whole = told.found.leftCols(told.whole);
+  const FacetMatrix B = told.found * told.found.transpose();
+  const FacetMatrix B_whole = whole * whole.transpose();
+  const FacetMatrix both = W + W.transpose();
+  FacetMatrix by = -(B * W * B);
+  // Of a degree that is told in part, polynomials turn to those left out
+  for (Eigen::Index j = told.whole; j < told.found.cols(); ++j)
+    for (Eigen::Index i = 0; i < told.left.cols(); ++i)
+    {
+      const double s = told.share[static_cast<std::size_t>(j)];
+      const double away = s - told.left_share[static_cast<std::size_t>(i)];
+      const FacetMatrix u = told.found.col(j), v = told.left.col(i);
+      const double turn = (v.transpose() * both * u)(0, 0) / away;
+      by += turn * (v * u.transpose() + s * (v * (B_whole * u).transpose() +
+                                             (B_whole * v) * u.transpose()));
+    }
+  return by;
 }
 } // namespace raymortar

@@ -23,4 +23,10 @@ using FacetMatrix =
 /// @param[in] part Integrals of products of the shape functions, on the part
 [[nodiscard]] FacetMatrix polynomials_on_part(Shape shape, int degree,
                                               const FacetMatrix& part);
+
+/// @brief Derivative by the part of sum_ij W_ij (K K^T)_ij, where K has these
+/// polynomials as columns  [theory (8.12)].
+[[nodiscard]] FacetMatrix projection_by_part(Shape shape, int degree,
+                                             const FacetMatrix& part,
+                                             const FacetMatrix& W);
 } // namespace raymortar

@@ -1,5 +1,6 @@
 #include "raymortar/element/springs.h"
 #include "raymortar/element/facet_fit.h"
+#include <numeric>
 
 namespace raymortar
 {
@@ -41,6 +42,20 @@ public:
     return std::move(_found.points);
   }
 
+  /// See spring_numbers; sets the first point of each facet
+  [[nodiscard]] std::vector<Index> numbers()
+  {
+    std::vector<std::size_t>& first = _found.points.first;
+    first.assign(facets() + 1, 0);
+    for_closed_points([&](std::size_t, std::size_t f) { ++first[f + 1]; });
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    std::vector<std::size_t> next(first.begin(), first.end() - 1);
+    std::vector<Index> place(_state.points.size(), no_index);
+    for_closed_points([&](std::size_t q, std::size_t f)
+                      { place[q] = static_cast<Index>(next[f]++); });
+    return place;
+  }
+
 private:
   /// What springs hold at the points
   [[nodiscard]] const std::vector<double>& held_at_points() const
@@ -53,18 +68,14 @@ private:
   void sort_points()
   {
     SpringPoints& to = _found.points;
-    to.first.assign(facets() + 1, 0);
-    for_closed_points([&](std::size_t, std::size_t f) { ++to.first[f + 1]; });
-    for (std::size_t f = 0; f < facets(); ++f)
-      to.first[f + 1] += to.first[f];
+    const std::vector<Index> place = numbers();
     to.xi.resize(to.first.back());
     to.area.resize(to.first.back());
     to.rest.resize(to.first.back() * D);
-    std::vector<std::size_t> next(to.first.begin(), to.first.end() - 1);
     for_closed_points(
-        [&](std::size_t q, std::size_t f)
+        [&](std::size_t q, std::size_t)
         {
-          const std::size_t at = next[f]++;
+          const auto at = static_cast<std::size_t>(place[q]);
           to.xi[at] = _state.points.xi[q];
           to.area[at] = std::abs(_results.weight[q]); // slivers may be turned
           held(at) = Eigen::Map<const Vec<D>>(held_at_points().data() + q * D);
@@ -118,5 +129,12 @@ SpringPoints accepted_elastic_slip(const ContactState& state,
     return {};
   return state.slave.gdim == 2 ? Fit<2>(state, results).points()
                                : Fit<3>(state, results).points();
+}
+
+std::vector<Index> spring_numbers(const ContactState& state,
+                                  const PointResults& results)
+{
+  return state.slave.gdim == 2 ? Fit<2>(state, results).numbers()
+                               : Fit<3>(state, results).numbers();
 }
 } // namespace raymortar

@@ -26,4 +26,9 @@ struct Springs
 /// besides the excess of the law; of a law without it, nothing.
 [[nodiscard]] SpringPoints accepted_elastic_slip(const ContactState& state,
                                                  const PointResults& results);
+
+/// @brief Number of each integration point among those of the springs that the
+/// present state hands on; no_index: it is open.
+[[nodiscard]] std::vector<Index> spring_numbers(const ContactState& state,
+                                                const PointResults& results);
 } // namespace raymortar

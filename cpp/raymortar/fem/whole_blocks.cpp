@@ -14,4 +14,12 @@ void WholeBlocks::add(const Unknowns& rows, const Unknowns& columns,
                      block, ADD_VALUES),
         "MatSetValues");
 }
+
+void WholeVector::add(const Unknowns& rows, std::span<const double> values)
+{
+  global_rows(_zone, rows, Constrained::kept, _rows);
+  check(VecSetValues(_vector, static_cast<PetscInt>(_rows.size()), _rows.data(),
+                     values.data(), ADD_VALUES),
+        "VecSetValues");
+}
 } // namespace raymortar

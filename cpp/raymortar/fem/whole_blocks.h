@@ -22,4 +22,18 @@ private:
   PetscMatrix _matrix;
   std::vector<PetscInt> _rows, _columns;
 };
+
+/// @brief The same of blocks of a vector.
+class WholeVector final : public VectorSink
+{
+public:
+  WholeVector(const Zone& zone, PetscVector b) : _zone(zone), _vector(b) {}
+
+  void add(const Unknowns& rows, std::span<const double> values) override;
+
+private:
+  const Zone& _zone;
+  PetscVector _vector;
+  std::vector<PetscInt> _rows;
+};
 } // namespace raymortar

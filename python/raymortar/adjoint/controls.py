@@ -28,6 +28,9 @@ class Control(ABC):
         """Raise unless the problem and the functional, of some forms, have it, and a
         derivative by it is known here. Not collective."""
 
+    def check_state(self, problem: Any) -> None:
+        """Raise unless the derivative at the present state is known. Not collective."""
+
     def kink(self) -> str | None:
         """Tell why there is no derivative by it at this state; None where there is one.
         Not collective."""

@@ -15,6 +15,7 @@ from ..core.errors import ContactError, of_type
 from ..core.interface.point_results import OPEN
 from .controls import Control, function_of
 from .forms import by_coordinates
+from .kinks import NEAR
 from .linear import Linearised
 
 
@@ -39,9 +40,11 @@ class OfMesh(Control):
                 f"coordinates: the mesh has degree {g} and its displacement {p}, which "
                 "does not move all of its nodes"
             )
+        self._V = own[self._k]
+
+    def check_state(self, problem: Any) -> None:
         for contact in problem.contact.contacts:
             refuse(contact)
-        self._V = own[self._k]
 
     def start(self, problem: Any) -> Array:
         mesh = self._mesh
@@ -96,33 +99,42 @@ class OfMesh(Control):
 
 def refuse(contact: Any) -> None:
     """Raise for a contact whose derivative by undeformed positions is not known."""
-    if contact.method.condition == "nodes":
-        raise ContactError(
-            "coordinates: a law at nodes, and a dual multiplier, depend on undeformed "
-            "areas in ways that have no derivative here: take condition='points' or "
-            "Penalty"
-        )
     if any(side.arcs is not None for zone in contact.zones for side in zone.sides):
         raise ContactError("coordinates: smooth=True curves facets by positions")
-    if contact.multiplier is not None and any(
-        len(zone.cpp.held_facets()) for zone in contact.zones
-    ):
+    if contact.multiplier is None:
+        return
+    if any(len(zone.cpp.held_facets()) for zone in contact.zones):
         raise ContactError(
             "coordinates: a multiplier is smoothed on slave facets whose displacement is "
             "prescribed, by undeformed areas: free them, or take Penalty"
         )
-    if contact.multiplier is not None and any(map(_partly_covered, contact.zones)):
+    if any(_rim_counts(contact, zone) for zone in contact.zones):
         raise ContactError(
             "coordinates: a slave facet is partly uncovered, where a multiplier depends "
             "on undeformed areas: take a slave that lies on its master, or Penalty"
         )
+    for zone in contact.zones:
+        surface = zone.facets.slave_surface
+        is_bent = surface.node_degree > 1 or surface.shape == "quadrilateral"
+        if contact.method.is_dual and is_bent:
+            raise ContactError(
+                "coordinates: dual functions depend on where the undeformed area of a "
+                "facet lies: take straight triangles, multiplier='vector' or Penalty"
+            )
 
 
-def _partly_covered(zone: Any) -> bool:
-    """Whether rays of some points of a facet hit, and others do not, on this rank."""
+def _rim_counts(contact: Any, zone: Any) -> bool:
+    """Whether rays of some points of a facet hit, and others do not, on this rank: with
+    a law at nodes, of a facet with tractions."""
     points = zone.points()
     hit = points["status"] >= OPEN
-    return bool(np.intersect1d(points["slave"][hit], points["slave"][~hit]).size)
+    facets = np.intersect1d(points["slave"][hit], points["slave"][~hit])
+    if contact.method.condition != "nodes":
+        return bool(facets.size)
+    values = np.abs(contact.multiplier.x.array)
+    nodes = values.reshape(-1, contact.multiplier.function_space.dofmap.bs)
+    there = nodes[zone.multiplier_table[facets]].max(initial=0.0)
+    return bool(there > NEAR * values.max(initial=0.0))
 
 
 def coordinates(mesh: Any) -> Control:

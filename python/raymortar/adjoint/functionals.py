@@ -15,7 +15,7 @@ from dolfinx import fem
 from ..core import compat
 from ..core.contact import Contact
 from ..core.errors import ContactError, is_whole_number, of_type
-from .forms import by_function
+from .forms import by_function, has
 from .linear import Linearised
 
 
@@ -59,10 +59,20 @@ class FormFunctional(Functional):
     def by_unknowns(self, at: Linearised) -> PETSc.Vec:
         unknowns, y = at.system.unknowns, at.problem.create_vector()
         for f, start in zip(unknowns.functions, unknowns.owned_starts):
-            if any(one is f for one in self._form.coefficients()):
+            if has(self._form, f):
                 index_map, bs = compat.unknowns_of(f)
                 n = bs * index_map.size_local
                 y.array[start : start + n] = by_function(self._form, f)[:n]
+        for contact in at.problem.contact.contacts:
+            f, (part,) = contact.multiplier, contact.parts
+            if f is None or not has(self._form, f):
+                continue
+            own, c = part.layout.owned_multipliers, part.layout.components
+            values = by_function(self._form, f).reshape(-1, c)[own]
+            rows = part.layout.multiplier_rows[own, None] + np.arange(c)
+            # The unknown is a length
+            y.setValues(rows.astype(PETSc.IntType), part.gamma_scale * values)
+        y.assemble()
         return y
 
 

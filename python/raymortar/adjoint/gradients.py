@@ -61,7 +61,7 @@ def gradient(J: Any, problem: Any, controls: Any) -> Any:
     found = [one.start(problem) for one in those]
     at = Linearised(problem)
     at.require_converged()
-    tell_kinks(problem, those)
+    check_state(problem, those)
     right = functional.by_unknowns(at)
     add_derivatives(at, functional, right, those, found).destroy()
     destroy(right)
@@ -169,8 +169,12 @@ def results(given: Any, controls: Sequence[Control], found: Sequence[Array]) -> 
     return all_of_them if isinstance(given, (list, tuple)) else all_of_them[0]
 
 
-def tell_kinks(problem: CoupledProblem, controls: Sequence[Control]) -> None:
-    """Warn once of a problem where there is no derivative. Collective."""
+def check_state(problem: CoupledProblem, controls: Sequence[Control]) -> None:
+    """Raise where a derivative is not known, and warn once of a problem where there is
+    none. Collective."""
+    with together(problem.comm):
+        for one in controls:
+            one.check_state(problem)
     texts = [at_kink(problem), *(one.kink() for one in controls)]
     told = _told.setdefault(problem, set())
     for text in dict.fromkeys(sum(problem.comm.allgather(texts), [])):

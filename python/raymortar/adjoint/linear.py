@@ -12,7 +12,8 @@ import numpy as np
 from .. import _cpp
 from ..core.compat import Array
 from ..core.discretization.ranks import destroy
-from ..core.errors import SetUpError, raise_everywhere
+from ..core.errors import SetUpError, raise_everywhere, together
+from ..core.interface.zone_data import on_sides
 
 # Residual over the forces in balance from which on a state has not converged
 NOT_CONVERGED = 1e-4
@@ -26,7 +27,10 @@ class Linearised:
     problem
         The problem, with multipliers among its unknowns.
     weights
-        Factors of contact's residual by which `parameter` multiplies its derivatives.
+        Factors of contact's residual by which `by_parameter` multiplies its derivatives.
+    springs
+        Of each zone, weights of what friction springs hold at the end of the step, rows
+        as those of `ZoneData.spring_points`: derivatives of contact are less theirs.
     """
 
     def __init__(self, problem: Any) -> None:
@@ -41,6 +45,7 @@ class Linearised:
         self.system.update()
         problem.form(self._x)
         self.weights = problem.create_vector()
+        self.springs: list[Array] = [np.empty(0) for _ in problem.contact.zones]
         self._A: PETSc.Mat | None = None
         self._M: PETSc.Mat | None = None
         self._ksp: PETSc.KSP | None = None
@@ -98,6 +103,8 @@ class Linearised:
         self.system.add_tangent(M, ())
         y = self._product(M, weights)
         self.system.constrained(self.problem.bcs)
+        if weights is None:
+            self.take_springs(y, self.problem.contact.zones, "unknowns")
         return y
 
     def by_parameter(
@@ -108,7 +115,31 @@ class Linearised:
         M = self._matrix()
         for zone in zones:
             _cpp.add_by_parameter(zone.cpp, M.handle, kind, **of_tool)
-        return self._product(M, None)
+        y = self._product(M, None)
+        self.take_springs(y, zones, kind, **of_tool)
+        return y
+
+    def take_springs(
+        self, y: PETSc.Vec, zones: Sequence[Any], kind: str, **of_tool: Any
+    ) -> None:
+        """Take the derivative of what springs hold at the end of the step from a vector
+        [theory (8.13)]. Collective."""
+        with together(self.problem.comm):
+            for zone, weights in zip(self.problem.contact.zones, self.springs):
+                if any(zone is one for one in zones):
+                    _cpp.add_springs_by_parameter(
+                        zone.cpp, y.handle, weights, kind, **of_tool
+                    )
+        y.assemble()
+
+    def springs_back(self) -> list[Array]:
+        """Weights of what springs held at the start of the step, as `springs`
+        [theory (8.10)]. Collective."""
+        w, found = self.displacements(self.weights), []
+        for zone, weights in zip(self.problem.contact.zones, self.springs):
+            slave, master = on_sides(zone, w)
+            found.append(_cpp.springs_back(zone.cpp, slave, master, weights))
+        return found
 
     def by_fields(self, contact: Any, kind: str) -> Array:
         """Derivatives by fields on a contact's slave: components over the

@@ -15,7 +15,7 @@ from ..core.state import State
 from ..paths.load_steps import LoadSteps
 from .forms import residuals
 from .functionals import Functional, Sum, as_functional
-from .gradients import add_derivatives, checked, refuse, results, tell_kinks
+from .gradients import add_derivatives, check_state, checked, refuse, results
 from .linear import Linearised
 
 
@@ -53,8 +53,8 @@ class Tape:
     Raises
     ------
     SetUpError
-        Where friction springs hold tractions from step to step: with friction take
-        ``Penalty(tangential="rate")`` or ``AugmentedLagrangian(condition="nodes")``.
+        With friction and a multiplier at points: take `Penalty` or
+        ``AugmentedLagrangian(condition="nodes")``.
 
     Examples
     --------
@@ -134,19 +134,25 @@ class Tape:
         whole = Sum(functionals, [1.0] * len(functionals))
         problem, _, those = checked(self.problem, whole, controls)
         found = [one.start(problem) for one in those]
-        end, carried = problem.contact.states.state(), None
+        end, carried, springs = problem.contact.states.state(), None, None
         for n in reversed(range(1, len(self._records))):
             self._go_to(n)
             at = Linearised(problem)
-            tell_kinks(problem, those)
+            check_state(problem, those)
             part = Sum(functionals, factors[:, n - 1].tolist())
             right = part.by_unknowns(at)
-            if carried is not None:
+            if carried is not None and springs is not None:
                 right.axpy(-1.0, carried)
                 carried.destroy()
+                at.springs = springs
+                more = problem.create_vector()
+                at.take_springs(more, problem.contact.zones, "unknowns")
+                right.axpy(-1.0, more)
+                more.destroy()
             weighed = add_derivatives(at, part, right, those, found)
             # Slips are measured from the accepted step [theory (8.5)]
             carried = at.by_parameter(problem.contact.zones, "old")
+            springs = at.springs_back()
             destroy(weighed, right)
             at.destroy()
         if carried is not None:
@@ -188,24 +194,26 @@ class Tape:
     def _require_slips_alone(self) -> None:
         """Raise where a step hands on more than positions. Collective."""
         message = None
+        for one in self.problem.contact.contacts:
+            if getattr(one.friction, "elastic_slip", 0.0) > 0.0:
+                spoken = " and ".join(zone.facets.spoken for zone in one.zones)
+                message = (
+                    f"Tape: elastic_slip of {spoken} is kept from step to step, which "
+                    "has no derivative here: leave it out of Coulomb"
+                )
         for zone in self.problem.contact.zones:
-            held = zone.traction_old
+            held, points = zone.traction_old, zone.spring_points
             if zone.frictional and zone.cpp.unfelt().any():
                 message = (
                     f"Tape: both sides of {zone.facets.spoken} are held somewhere along "
                     "the surface, where friction carries on from the accepted step, "
                     "which has no derivative here"
                 )
-            if zone.frictional and _holds(held):
+            if zone.frictional and _holds(held) and (points is None or not len(points)):
                 message = (
-                    f"Tape: friction springs of {zone.facets.spoken} hold tractions from "
-                    "step to step, which have no derivative here: take "
-                    "Penalty(tangential='rate') or AugmentedLagrangian(condition='nodes')"
-                )
-            if zone.frictional and zone.has_law_at_nodes and _holds(zone.spring_points):
-                message = (
-                    f"Tape: elastic_slip of {zone.facets.spoken} is kept from step to step, "
-                    "which has no derivative here: leave it out of Coulomb"
+                    f"Tape: {zone.facets.spoken} hands on lengths from step to step, by "
+                    "which a multiplier's friction lags, which have no derivative here: "
+                    "take Penalty or AugmentedLagrangian(condition='nodes')"
                 )
         raise_everywhere(self.problem.comm, message, SetUpError)
 

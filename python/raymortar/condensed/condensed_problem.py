@@ -281,6 +281,10 @@ def _check(contact: Any) -> None:
             "CondensedProblem needs a Contact with AugmentedLagrangian(condition="
             f"'nodes', multiplier='dual'), not {described(method)}"
         )
+    for term in contact.terms:
+        raise ContactError(
+            f"CondensedProblem has no {term.spoken} of a contact: take NonlinearProblem"
+        )
     if contact.layout.bodies:
         raise ContactError(
             "CondensedProblem has the unknowns of u alone, and a rigid body that is "

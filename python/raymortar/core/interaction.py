@@ -14,6 +14,7 @@ from dolfinx.fem import Function
 
 from .compat import Array
 from .discretization.layout import CoupledRows, Layout
+from .errors import ContactError
 from .hooks import hooks
 from .interface.pairs import Pair, PairTable
 from .state import State
@@ -243,6 +244,15 @@ class Interaction:
 
     # Your own assembly
 
+    def _require_no_terms(self) -> None:
+        """Raise where a problem alone assembles all of a contact."""
+        for one in self.contacts:
+            for term in one.terms:
+                raise ContactError(
+                    f"your own assembly has no {term.spoken}: a NonlinearProblem "
+                    "assembles it, by F(x, b) and J(x, A) for your own solver"
+                )
+
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.
 
@@ -251,6 +261,7 @@ class Interaction:
         a
             Compiled bilinear form of everything but contact.
         """
+        self._require_no_terms()
         return self.system.create_matrix(a)
 
     def create_vector(self, L: Any = None) -> PETSc.Vec:
@@ -302,6 +313,7 @@ class Interaction:
             If pairs have appeared that A cannot hold: `make_room` comes before the forms
             are assembled.
         """
+        self._require_no_terms()
         self.system.assemble_matrix(A, bcs)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
@@ -310,6 +322,7 @@ class Interaction:
         Constrained rows are left out, and ghosts of b are left alone: call it before or
         after ``b.ghostUpdate``.
         """
+        self._require_no_terms()
         self.system.assemble_vector(b, bcs)
 
     def apply_lifting(
@@ -324,7 +337,8 @@ class Interaction:
         bcs
             Dirichlet conditions.
         x0
-            Ghosted array of u.
+            Ghosted array of `u` of this contact, ``contact.u.x.array``: also of a part
+            of a mixed Function, and of bodies on meshes of their own.
         alpha
             Factor, -1 for the residual of Newton's method.
         """

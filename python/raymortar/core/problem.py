@@ -19,7 +19,6 @@ from .compat import Array
 from .contact import Contact, one_or_several
 from .convergence.convergence import Convergence
 from .discretization.forms import (
-    check_supports,
     extended,
     find_unknowns,
     jacobians,
@@ -34,6 +33,7 @@ from .errors import (
     together,
 )
 from .hooks import hooks
+from .residual import assemble_residual, reactions
 from .system.groups import groups_of
 from .system.volume import Updated, Volume
 from .terms import (
@@ -89,7 +89,8 @@ class CoupledProblem:
                 "FieldProblem"
             )
         self.contact = one_or_several(contacts)
-        unknowns, comm = self.contact.unknowns, self.contact.unknowns.comm
+        unknowns, system = self.contact.unknowns, self.contact.system
+        comm = unknowns.comm
         with together(comm):
             functions = find_unknowns(F, J, u, unknowns)
             self.bcs = list_of_conditions(bcs)
@@ -101,30 +102,22 @@ class CoupledProblem:
         self.terms: list[Term] = terms_of(additions)
         self.terms += [term for one in self.contact.contacts for term in one.terms]
         own = [f for term in self.terms for f in term.functions]
-        self.contact.system.solve_for([*functions, *own])
+        system.solve_for([*functions, *own])
         with together(comm):
             unknowns.conditions(self.bcs)  # refuses foreign ones
         self.constraints: Any = None
         if constraints is not None:
             assert hooks.constrain is not None, "the core alone has no constraints"
-            of = constraints, self.contact.system, self.bcs
-            self.constraints = hooks.constrain(*of)
+            self.constraints = hooks.constrain(constraints, system, self.bcs)
         for term in self.terms:
-            term.start(self.contact.system)
+            term.start(system)
         with together(comm):
             is_derivative = J is None
-            if isinstance(F, (list, tuple)):
-                J = jacobians(F, functions, unknowns) if J is None else J
-            elif J is None:
-                (w,) = functions
-                J = ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
+            J = jacobians(F, functions, unknowns) if J is None else J
         require_agreement(comm, number_of_conditions=len(self.bcs), update=update)
         if own:
             F, J = extended(F, J, len(own))
-        forms = list(F) if isinstance(F, (list, tuple)) else [F]
-        at = sorted({one.at for one in unknowns.displacements})
-        moving = [forms[k] for k in at], [functions[k] for k in at]
-        warn_of_inertia(*moving)
+        warn_of_inertia(F, functions, unknowns)
         self.forms = F, J
         compiled = partial(
             compat.form,
@@ -140,20 +133,18 @@ class CoupledProblem:
         updated = None if update is None else Updated(unknowns, update)
         if updated is not None:
             updated.bring()  # the stiffness of the volume is read
-        self._pattern = self.contact.system.prepare(a, self.bcs)
+        self._pattern = system.prepare(a, self.bcs)
         self._pattern.terms = self.terms
         for term in self.terms:
             term.couple(self._pattern)
         kept = is_linear(self.terms) and self.constraints is None
         known = F if is_derivative and kept else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
-        groups = groups_of(self.contact.system)
+        groups = groups_of(system)
         self.convergence = Convergence(groups)
         for term in self.terms:
             term.set_groups(groups)
-        self.contact.system.set_groups(
-            groups.of_row, groups.count, groups.mass, groups.fields
-        )
+        system.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)
 
     def __repr__(self) -> str:
         solved_for = ", ".join(repr(f.name) for f in self.contact.unknowns.functions)
@@ -188,7 +179,7 @@ class CoupledProblem:
         """Matrix with room for the tangent. Collective."""
         self.contact.system.use_volume(self._pattern)
         is_first = not self.contact.system.preallocations
-        A = self.contact.create_matrix(self.a)
+        A = self.contact.system.create_matrix(self.a)
         if is_first:
             for call in hooks.on_setup:
                 call(self)
@@ -273,52 +264,18 @@ class CoupledProblem:
         self.form(x)
         if self.volume.updated is not None:
             self.volume.updated.bring_for_residual()
-        norms = self._assemble(b, True)
+        norms = assemble_residual(self, b)
         # Most problems have no terms, whose sums would be calls that add nothing
         sizes = added_sizes(self.terms) if self.terms else None
         inertia = self.inertia if self.terms else None
-        imbalance = self.convergence.measure(norms, sizes, inertia)
-        self.history.append(imbalance.norm)
+        self.history.append(self.convergence.measure(norms, sizes, inertia).norm)
 
     def loads(self, b: PETSc.Vec) -> None:
         """Assemble into b what loads and prescribed displacements add to the residual
         at the last x of `form`: the residual without contact forces. Collective."""
         if self.volume.updated is not None:
             self.volume.updated.forget()
-        self._assemble(b, False)
-
-    def _assemble(
-        self, b: PETSc.Vec, contact: bool
-    ) -> tuple[Array, Array, Array, Array]:
-        """Assemble the residual, with contact's forces or without, and return its
-        norms. Collective."""
-        lacking = self.contact.unknowns.lacking(self.bcs)
-        volume = self.volume.residual(self.bcs, lacking.increment)
-        for term in self.terms:
-            if contact or not term.is_of_contact:
-                volume += term.residual(self.bcs, lacking)
-        norms = self.contact.system.assemble_residual(
-            b, self.bcs, volume, lacking, contact
-        )
-        changed = bool(self.terms) and contact and self._add_behind(b)
-        if self.constraints is not None:
-            self.constraints.reduce(b)
-        elif not changed:
-            return norms
-        free = b.array_r.copy()
-        free[: len(lacking.fixed)][lacking.fixed] = 0.0
-        if self.constraints is not None:
-            free[self.constraints.own] = 0.0
-        return np.sqrt(self.convergence.groups.sum(free**2)), *norms[1:]
-
-    def _add_behind(self, b: PETSc.Vec) -> bool:
-        """Add what terms have in rows behind those of the forms. Whether any has."""
-        found = [
-            one for t in self.terms if (one := t.multiplier_residual()) is not None
-        ]
-        for one in found:
-            b.array[len(b.array_r) - len(one) :] += one
-        return bool(found)
+        assemble_residual(self, b, contact=False)
 
     @property
     def form_of_u(self) -> tuple[ufl.Form, ufl.Form]:
@@ -340,9 +297,8 @@ class CoupledProblem:
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:
         """Whether conditions prescribe an owned dof of u. Collective."""
-        return self.contact.system.constrained(self.bcs)[
-            : self.contact.system.layout.n_u
-        ]
+        system = self.contact.system
+        return system.constrained(self.bcs)[: system.layout.n_u]
 
     @property
     def prescribed(self) -> npt.NDArray[np.bool_]:
@@ -420,7 +376,7 @@ class CoupledProblem:
         to add, (n,). Collective."""
         rows = self.forces_of_bodies()
         b = self.create_vector()
-        self.contact.assemble_vector(b)
+        self.contact.system.assemble_vector(b)
         rows += b.getArray(readonly=True)[: self.contact.system.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]
@@ -442,17 +398,4 @@ class CoupledProblem:
         is the force of a full turn along the axis; the first is the integral of radial
         tractions, which cancel.
         """
-        unknowns, layout = self.contact.unknowns, self.contact.system.layout
-        for part in self.contact.parts:
-            part.present.require_results()
-        with together(self.comm):
-            supports = check_supports("supports", supports)
-        forces = self.forces()
-        dim = self.contact.u.function_space.mesh.geometry.dim
-        local = []
-        for bcs in supports.values():
-            held, _ = unknowns.prescribed_u(bcs)
-            on = held[: layout.n_u] == 1
-            local.append(np.where(on, forces, 0.0).reshape(-1, dim).sum(0))
-        total = self.comm.allreduce(np.array(local).reshape(-1, dim))
-        return dict(zip(supports, total))
+        return reactions(self, supports)

@@ -54,6 +54,11 @@ def attempt(solve: Callable[[], int | None]) -> int | None:
         return None
 
 
+def iterations_of(solver: Any) -> int:
+    """Solve once and return the iterations."""
+    return int(solver.solve()[0])
+
+
 @dataclass(frozen=True)
 class InUse:
     """Use of a solve, so that messages give advice that fits."""

@@ -105,7 +105,7 @@ def refuse_finer_rigid_slaves(problem: Any) -> None:
 
 def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     """Distance of a master's nodes over that of the multiplier's, where they face each
-    other; without any hit, of all facets in the mean. Collective.
+    other; without any hit, the least that it can come to anywhere. Collective.
     """
     comm, (slave_side, master_side) = surfaces.comm, zone.sides
     slave = facet_lengths(slave_side) / compat.element_info(surfaces.scalar).degree
@@ -118,6 +118,7 @@ def distance_ratio(zone: ZoneData, surfaces: ContactSurfaces) -> float:
     comm.Allreduce(MPI.IN_PLACE, sums)
     if sums[1] > 0.0:
         return float(sums[0] / sums[1])
-    means = np.array([master.sum(), len(slave), slave.sum(), len(master)])
-    comm.Allreduce(MPI.IN_PLACE, means)
-    return float(means[:2].prod() / means[2:].prod())
+    # A mean would have facets that never meet
+    ends = np.array([master.min(initial=np.inf), -slave.max(initial=0.0)])
+    comm.Allreduce(MPI.IN_PLACE, ends, op=MPI.MIN)
+    return float(ends[0] / -ends[1])

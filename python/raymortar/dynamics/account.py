@@ -39,6 +39,8 @@ class Energy:
         loads. Dampers of free rigid bodies are loads.
     dissipated
         Energy that the damping of `Inertia` has taken so far.
+    adhesion
+        Energy that bonds of adhesion store, and what their damage has taken so far.
     """
 
     kinetic: float
@@ -46,6 +48,7 @@ class Energy:
     contact: float
     external: float
     dissipated: float = 0.0
+    adhesion: float = 0.0
 
     @property
     def total(self) -> float:
@@ -79,8 +82,11 @@ class Account:
         self._d, n = V.mesh.geometry.dim, V.dofmap.index_map.size_local
         self._comm, self._of_u = layout.comm, unknowns.u_owned
         self._X = V.tabulate_dof_coordinates()[:n, : self._d]
+        contacts = problem.contact.contacts
+        self._bonds = [one.bond for one in contacts if one.bond is not None]
         # On the state that was solved for
         kinds = ["forms", "contact", "inertia"] + ["damping"] * motion.inertia.is_damped
+        kinds += ["adhesion"] * bool(self._bonds)
         self._forces = [motion.functions(f"forces of {kind}") for kind in kinds]
         # Work of contact, and of loads and supports, up to the state that was solved for
         # and up to the end of the step; and of both on rigid bodies
@@ -91,6 +97,8 @@ class Account:
         self._solved = np.zeros(0)
         self._stored_then: float | None = None
         self._elastic: float | None = None
+        # Energy of bonds on the state that was solved for, and at the end of the step
+        self._bonded_then, self._bonded = np.zeros(1), 0.0
         self._impulse = np.zeros((len(problem.contact.zones), self._d))
         self._push = self._impulse.copy()
         self._rest: Rest | None = None
@@ -103,29 +111,45 @@ class Account:
         """Forces of the forms and of contact at the owned unknowns of the forms, (n,)
         each, at the last update. Collective."""
         contact, b = self._problem.contact, self._problem.create_vector()
-        contact.assemble_vector(b)
+        contact.system.assemble_vector(b)
         of_contact = b.array_r[: contact.layout.n].copy()
         b.destroy()
         return self._volume.forces(self._problem.bcs), of_contact
+
+    def _of_bonds(self) -> list[Array]:
+        """Forces of adhesion at the owned unknowns of the forms, (n,), if there is any.
+        Collective."""
+        if not self._bonds:
+            return []
+        return [sum(one.forces(self._problem.bcs) for one in self._bonds)]
+
+    def _in_bonds(self) -> float:
+        """Energy that bonds store and damage has taken, at the present unknowns.
+        Collective."""
+        return float(sum(one.stored() + one.dissipated() for one in self._bonds))
 
     def begin(self) -> Array:
         """Begin at the present state; return all forces without inertia, (n,).
         Collective."""
         of_form, of_contact = self.static()
+        of_bonds = self._of_bonds()
         rows = np.zeros((len(self._forces), len(of_form)))
         rows[:2] = of_form, of_contact
+        if of_bonds:
+            rows[-1] = of_bonds[0]
         self._set_rows(rows)
         self._elastic = self._stored_then = self._stored()
+        self._bonded_then[:] = self._bonded = self._in_bonds()
         self._push[:] = self._pushes()
         self._solved = self._problem.contact.unknowns.owned_values()
-        return of_form + of_contact
+        return np.sum([of_form, of_contact, *of_bonds], axis=0)
 
     def set_begin(self, inertia: Array) -> None:
         """Take the forces of inertia, (n,), that motion starts with. Collective."""
         self._motion.set(self._forces[2], inertia)
-        for of in self._forces[3:]:
+        if self._motion.inertia.is_damped:
             velocity = self._motion.values(self._motion.velocity)
-            self._motion.set(of, self._motion.inertia.damped(velocity))
+            self._motion.set(self._forces[3], self._motion.inertia.damped(velocity))
         self.now = self._energies(self._motion.values(self._motion.velocity))
 
     def go_on(self, solved: Array) -> bool:
@@ -147,6 +171,8 @@ class Account:
         yield of_array("works on bodies", self._of_bodies)
         if self._motion.inertia.is_damped:
             yield of_array("dissipated", self._dissipated)
+        if self._bonds:
+            yield of_array("energy of bonds", self._bonded_then)
         yield of_array("impulses", self._impulse)
         yield of_array("pushes", self._push)
 
@@ -164,7 +190,8 @@ class Account:
 
     @property
     def _rows(self) -> Array:
-        """Forces of forms, contact, inertia and, if there is any, damping, (3 or 4, n)."""
+        """Forces of forms, contact, inertia and, if there are any, of damping and of
+        adhesion, (3 to 5, n)."""
         return np.array([self._motion.values(of) for of in self._forces])
 
     def _set_rows(self, rows: Array) -> None:
@@ -190,18 +217,20 @@ class Account:
         if self._motion.inertia.is_damped:
             rows = np.vstack([rows, self._motion.damping_now()])
             self._dissipated += self._taken(rows[3], end)
+        rows = np.vstack([rows, *self._of_bonds()])
         pushes, gamma = self._pushes(), self._motion.scheme.gamma
         # A step's work is that between the states which are solved for, by the mean of
         # the forces in both: values without mass know no others
-        stored = self._stored()
+        stored, bonded = self._stored(), self._in_bonds()
         mean, change = 0.5 * (rows + self._rows), end.solved - self._solved
-        self._work += self._works(mean, change, stored, self._stored_then)
+        self._work += self._works(mean, change, self._gained(stored, bonded))
         self._of_bodies += self._bodies.work_of_contact, self._bodies.work()
         mean_push = gamma * pushes + (1.0 - gamma) * self._push
         self._impulse += self._motion.dt * mean_push
         self._set_rows(rows)
         self._push[:] = pushes
         self._solved, self._stored_then = end.solved, stored
+        self._bonded_then[:] = bonded
         self._finish(end)
 
     def _taken(self, new: Array, end: End) -> float:
@@ -212,15 +241,19 @@ class Account:
             mean = 0.5 * (new + self._motion.values(self._forces[3]))
         return float(self._comm.allreduce(mean @ (end.u - self._motion.begun)))
 
-    def _works(
-        self, rows: Array, change: Array, new: float | None, old: float | None
-    ) -> Array:
+    def _gained(self, stored: float | None, bonded: float) -> float:
+        """Energy of bodies and bonds, less that of the state that was solved for."""
+        before = (self._stored_then or 0.0) + float(self._bonded_then[0])
+        return (stored or 0.0) + bonded - before
+
+    def _works(self, rows: Array, change: Array, gained: float) -> Array:
         """Work of contact, and of loads and supports, by the rows of forces on the way of
-        a change (n,), between two values of the stored energy."""
+        a change (n,), on which bodies and bonds gain energy."""
         on_supports = np.where(self._problem.prescribed, rows.sum(axis=0), 0.0)
-        works = [-rows[1] @ change, (on_supports - rows[0]) @ change]
+        inner = rows[0] + rows[-1] if self._bonds else rows[0]
+        works = [-rows[1] @ change, (on_supports - inner) @ change]
         of_contact, of_others = self._comm.allreduce(np.array(works))
-        return np.array([of_contact, of_others + (new or 0.0) - (old or 0.0)])
+        return np.array([of_contact, of_others + gained])
 
     def _finish(self, end: End) -> None:
         """Take energies and moments at the end of a step; its work goes on from the state
@@ -231,11 +264,13 @@ class Account:
             rows = self._rows
             with self._motion.at(u):
                 rows[0] = 0.5 * (rows[0] + self._volume.forces(self._problem.bcs))
-                self._elastic = self._stored()
-            change = u - end.solved
-            rest = self._works(rows, change, self._elastic, self._stored_then)
+                for of_bonds in self._of_bonds():
+                    rows[-1] = 0.5 * (rows[-1] + of_bonds)
+                self._elastic, self._bonded = self._stored(), self._in_bonds()
+            gained = self._gained(self._elastic, self._bonded)
+            rest = self._works(rows, u - end.solved, gained)
         else:
-            self._elastic = self._stored()
+            self._elastic, self._bonded = self._stored(), float(self._bonded_then[0])
         self._shown = self._work + rest + self._of_bodies
         self.now = self._energies(end.v)
         self.moments = self.momentum(u, end.v)
@@ -245,7 +280,7 @@ class Account:
         nor a condition holds them [theory (6.18)]: the midpoint rule has them in balance
         at its middle only. Collective."""
         if self._rest is None:
-            self._rest = Rest(self._problem, self._volume)
+            self._rest = Rest(self._problem, self._volume, self._bonds)
         rows = np.abs(self._rows)
         force, largest = rows[1], rows.max(initial=0.0)
         least = PUSHED * self._comm.allreduce(largest, op=MPI.MAX)
@@ -256,8 +291,11 @@ class Account:
     def _energies(self, v: Array) -> Energy:
         """Energies with velocities, (n,)."""
         kinetic = 0.5 * self._motion.size(v) ** 2 + self._bodies.kinetic()
-        works = *self._shown.tolist(), *self._dissipated.tolist()
-        return Energy(kinetic, self._elastic, *works)
+        contact, external = self._shown.tolist()
+        (dissipated,) = self._dissipated.tolist()
+        return Energy(
+            kinetic, self._elastic, contact, external, dissipated, self._bonded
+        )
 
     # Columns
 
@@ -287,6 +325,8 @@ class Account:
         }
         if self._motion.inertia.is_damped:
             found["dissipated"] = lambda: self.now.dissipated
+        if self._bonds:
+            found["adhesion"] = lambda: self.now.adhesion
         if self._energy is not None:
             found["elastic"] = lambda: float(self.now.elastic or 0.0)
         axes = "xyz"[: self._d]

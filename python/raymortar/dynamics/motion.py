@@ -278,26 +278,30 @@ def _conjugate_gradients(A: PETSc.Mat) -> PETSc.KSP:
 
 
 class Rest:
-    """Finds where the forms hold values without mass, by one Newton iteration.
+    """Finds where forms and bonds hold values without mass, by one Newton iteration.
 
     Of linear bodies it is exact. The volume is that without inertia. Collective.
     """
 
-    def __init__(self, problem: CoupledProblem, volume: Any) -> None:
-        self._problem, self._volume = problem, volume
+    def __init__(
+        self, problem: CoupledProblem, volume: Any, bonds: Sequence[Term]
+    ) -> None:
+        self._problem, self._volume, self._bonds = problem, volume, bonds
         # Making room may pair surfaces anew, at the present unknowns
         self._K = problem.create_matrix()
         self._ksp: Any = None
         self._chosen: Mask = np.zeros(0, dtype=bool)
 
     def change(self, chosen: Mask) -> Array:
-        """Change of the owned unknowns, (n,), with which the forms are in balance at
-        chosen ones."""
+        """Change of the owned unknowns, (n,), with which forms and bonds are in balance
+        at chosen ones."""
         begin, comm = self._problem.contact.layout.begin, self._problem.comm
         found, rows = np.zeros(len(chosen)), np.flatnonzero(chosen)
         if comm.allreduce(len(rows)) == 0:
             return found
         forces = self._volume.forces(self._problem.bcs)
+        for bond in self._bonds:
+            forces = forces + bond.forces(self._problem.bcs)
         ksp = self._factors(chosen, rows + begin)
         x, b = ksp.getOperators()[0].createVecs()
         b.array[:] = -forces[rows]
@@ -311,10 +315,14 @@ class Rest:
         """Factors of the tangent between chosen unknowns, kept where it is linear."""
         comm = self._problem.comm
         anew = self._ksp is None or not np.array_equal(chosen, self._chosen)
-        if not comm.allreduce(int(anew)) and self._volume.is_linear:
+        is_linear = self._volume.is_linear and not self._bonds
+        if not comm.allreduce(int(anew)) and is_linear:
             return self._ksp
         self._K.zeroEntries()
         self._volume.add_tangent(self._K, self._problem.bcs)
+        for bond in self._bonds:
+            self._K.assemble()
+            bond.add_matrices(self._K, self._problem.bcs)
         self._K.assemble()
         own = PETSc.IS().createGeneral(rows.astype(PETSc.IntType), comm=comm)
         part = self._K.createSubMatrix(own, own)

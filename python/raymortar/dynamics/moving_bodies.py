@@ -175,7 +175,7 @@ class MovingBodies:
             self.take_ends()
             return
         b, layout = contact.create_vector(), contact.layout
-        contact.assemble_vector(b)
+        contact.system.assemble_vector(b)
         for body, spin in zip(self.bodies, self._spins):
             freedom, m = body.freedom, body.masses
             found = np.zeros(len(freedom))

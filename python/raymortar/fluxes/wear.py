@@ -39,6 +39,8 @@ from .anderson import Anderson
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
+# The same above which nobody can have repeated the solves of an accepted step
+SETTLED = 0.01
 # Most solves of an implicit step after the first, below those of a solver
 MOST_REPEATS = 18
 # Share of the deepest from which on nodes count as worn
@@ -202,6 +204,7 @@ class Wear(Follower):
             )
         change, stiffness = self._depths()
         if self.implicit:
+            self._require_settled(change)
             change = self.array
             self._last, self._then = change, self._wears
         self._accepted = steps
@@ -230,6 +233,17 @@ class Wear(Follower):
         )
 
     # Implicit steps
+
+    def _require_settled(self, found: Array) -> None:
+        """Raise where no solver has repeated its solves until the depth of the step is
+        that which its pressures wear. Collective."""
+        deepest = max(largest_of(self._comm, one) for one in (found, self.array))
+        if largest_of(self._comm, np.abs(found - self.array)) > SETTLED * deepest:
+            raise ContactError(
+                "implicit wear repeats a solve until depths and pressures agree, which "
+                "solvers of raymortar alone do: take one of these, or Wear(..., "
+                "implicit=False)"
+            )
 
     def renew(self) -> float | None:
         """Improve the depth of an implicit step, which the pressures at its end wear.

@@ -4,7 +4,7 @@
 `write_xdmf` writes values at the mesh's own nodes, `write_vtk` at nodes of degree 2 too.
 """
 
-from ..core.compat.files import of_one_degree, write_vtk, write_xdmf
-from ..core.compat.gmsh import GmshMesh, read_gmsh
+from .gmsh import GmshMesh, read_gmsh
+from .writers import of_one_degree, write_vtk, write_xdmf
 
 __all__ = ["of_one_degree", "read_gmsh", "write_vtk", "write_xdmf"]

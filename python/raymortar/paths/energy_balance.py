@@ -13,13 +13,14 @@ from ..core.interface.zone_data import ZoneData, mean_facet_size
 from ..core.options.methods import Penalty
 from ..core.problem import CoupledProblem
 from ..core.state import State
+from ..records.patch_columns import rigid_bodies
 from ..results.sums import resultant_on, slip_work, work_on_gaps
 from .load_path import PrescribedPath
-from .patch_columns import rigid_bodies
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
-# displacements none is
-MISSING = 0.02
+# displacements none is. A die that is drawn over a slab lacks up to 0.035 in steps whose
+# ends are those of eight times as many steps: its slip is that of the step's end
+MISSING = 0.05
 # With multipliers gaps are zero in the mean only, as those of a round tool over straight
 # facets. Tractions then work on the remaining gaps, and forces ripple. Over the integral
 # of |t_n g| at both ends a rolling wheel lacks up to 0.15, of coarse and fine facets and
@@ -154,6 +155,9 @@ def balance_of_step(
             # where a path starts. What penalties store there counts by itself
             new = np.abs(a.force) <= UNPRESSED * np.abs(b.force)
             works.append((0.0, float(b.force[new] @ np.maximum(-a.gap[new], 0.0))))
+            # Surfaces that have worn since they were pressed: what closes the gap is spent
+            worn = np.where(new, 0.0, np.maximum(a.gap, 0.0))
+            works.append((-float(b.force @ worn), 0.0))
     for (force, place), (new_force, new_place) in zip(first.supplied, last.supplied):
         way = new_place - place
         works.append((float(force @ way), float(new_force @ way)))

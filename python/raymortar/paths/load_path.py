@@ -20,9 +20,9 @@ from ..core.errors import (
 from ..core.problem import CoupledProblem
 from ..core.solvers.newton import NewtonSolver, SNESSolver
 from ..core.state import State
+from ..records.history import History
+from ..records.output import is_file
 from .controls import ArcLength, DisplacementControl
-from .history import History
-from .output import is_file
 
 STRATEGIES = ("auto", "halve")
 

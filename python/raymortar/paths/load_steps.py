@@ -23,9 +23,19 @@ from ..diagnose.failure import FAILURES, what_limits
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
+from ..records.history import History
+from ..records.output import (
+    HALVED,
+    Effort,
+    LoadStep,
+    Output,
+    Progress,
+    check_output,
+    line,
+)
+from ..viscous.stabilization import Stabilization
 from .arc_path import ArcPath
 from .controls import ArcLength, DisplacementControl
-from .history import History
 from .led_paths import DisplacementPath
 from .load_path import (
     ArcSizes,
@@ -36,10 +46,8 @@ from .load_path import (
     with_size,
 )
 from .memory import memory_of
-from .output import HALVED, Effort, LoadStep, Output, Progress, check_output, line
 from .soft_start import propose_nodes
 from .speaker import Speaker
-from .stabilization import Stabilization
 from .strategies import Strategies
 
 # Arguments that all ranks must be given alike

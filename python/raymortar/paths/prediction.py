@@ -9,12 +9,11 @@ import numpy as np
 
 from ..core.state import State
 from ..diagnose.failure import FAILURES
+from ..viscous.budget import Backoff
 from .load_path import PrescribedPath
 
 # Share of displacements that is rounding error
 ROUNDING = 1e-10
-# Most steps for which something is left out
-LONGEST = 8
 # Steps in a row that a way solves after the plain solver failed, until it goes first
 ENOUGH = 2
 
@@ -124,36 +123,6 @@ class Prediction:
         finally:
             x.destroy()
             b.destroy()
-
-
-class Backoff:
-    """Leaves something out for 1, 2, 4, 8 steps, longer after each failure."""
-
-    def __init__(self) -> None:
-        self._length = self._left = 0
-
-    def rests(self) -> bool:
-        """Tell whether this step leaves it out, and count the step."""
-        rests = self._left > 0
-        self._left -= rests
-        return rests
-
-    def remember(self) -> list[float]:
-        """Numbers from which `recall` goes on."""
-        return [self._length, self._left]
-
-    def recall(self, numbers: Sequence[float]) -> None:
-        """Go on from numbers."""
-        self._length, self._left = map(int, numbers)
-
-    def failed(self) -> None:
-        """Note a failure."""
-        self._length = min(max(1, 2 * self._length), LONGEST)
-        self._left = self._length
-
-    def reset(self) -> None:
-        """Forget all failures."""
-        self._length = self._left = 0
 
 
 class Lessons:

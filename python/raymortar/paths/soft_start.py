@@ -14,8 +14,8 @@ from ..core.errors import ContactWarning, SetUpError
 from ..core.gamma.stiffness import BENDS
 from ..core.solvers.newton import NewtonSolver, SNESSolver
 from ..core.solvers.solver import temporarily
-from ..diagnose.failure import FAILURES
-from .prediction import Backoff
+from ..diagnose.failure import FAILURES, iterations_of
+from ..viscous.budget import Backoff
 from .soft_stick import SoftStick
 
 # Iterations of a solve above which another coefficient is worth its while, and number of
@@ -259,11 +259,6 @@ def solve_roughly(solver: Any) -> int:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContactWarning)
             return iterations_of(solver)
-
-
-def iterations_of(solver: Any) -> int:
-    """Solve once and return the iterations."""
-    return int(solver.solve()[0])
 
 
 def solve_by_small_gamma(solver: Any, kept: list[list[Gammas]] | None = None) -> int:

@@ -9,7 +9,7 @@ from time import monotonic
 from ..core.problem import CoupledProblem
 from ..core.solvers.solver import temporarily
 from ..diagnose.lost_contact import largest_motions
-from .output import Progress
+from ..records.output import Progress
 
 # Seconds from one line to the next
 EVERY = 10.0

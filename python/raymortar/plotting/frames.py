@@ -21,7 +21,7 @@ from ..core.discretization.facets import interpolate
 from ..core.discretization.joined import parts_of
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import positions
-from ..paths.patch_columns import rigid_bodies
+from ..records.patch_columns import rigid_bodies
 from ..tools import nodal_field
 from .clipping import Box, within
 from .gathering import gather, gather_bodies, gather_boundary, gather_cells

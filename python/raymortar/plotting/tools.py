@@ -10,7 +10,8 @@ import numpy as np
 from ..core.compat import Array
 from ..core.errors import direction
 from ..rigid.body import Body
-from ..rigid.shapes import Cylinder, Implicit, Plane, Sphere, Torus
+from ..rigid.implicit import Implicit
+from ..rigid.shapes import Cylinder, Plane, Sphere, Torus
 from ..rigid.surface import Surface, edges_of
 
 COLOUR = "#7f5539"

@@ -10,19 +10,9 @@ from ..core import on_demand
 
 if TYPE_CHECKING:
     from .body import Body
+    from .implicit import Implicit
     from .polyline import Polyline
-    from .shapes import (
-        Circle,
-        Cone,
-        Cylinder,
-        Frame,
-        Implicit,
-        Line,
-        Plane,
-        Sphere,
-        Torus,
-        Wedge,
-    )
+    from .shapes import Circle, Cone, Cylinder, Frame, Line, Plane, Sphere, Torus, Wedge
     from .surface import Surface
 
 __all__ = [
@@ -44,6 +34,7 @@ __all__ = [
 _PLACES = {
     **{name: ".shapes" for name in __all__},
     "Body": ".body",
+    "Implicit": ".implicit",
     "Polyline": ".polyline",
     "Surface": ".surface",
 }

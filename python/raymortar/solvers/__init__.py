@@ -7,6 +7,7 @@
   the bodies
 - condensed: a preconditioner of condensed systems
 - kept_forms: what is kept of linear forms
+- inner: solvers within solvers
 """
 
 from typing import TYPE_CHECKING

@@ -13,13 +13,8 @@ from ..core import compat, on_demand
 from ..core.errors import warn
 from ..core.problem import CoupledProblem
 from ..core.solvers.linear import direct, inexact
-from ..core.solvers.petsc_objects import (
-    DIRECT,
-    InnerSolvers,
-    attach,
-    kept_inside,
-    nested,
-)
+from ..core.solvers.petsc_objects import DIRECT, attach, kept_inside
+from .inner import InnerSolvers, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it

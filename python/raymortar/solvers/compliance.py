@@ -18,7 +18,7 @@ from ..core.discretization.joined import Places, unrolled
 from ..core.discretization.ranks import destroy
 from ..core.discretization.surfaces import find_bodies
 from ..core.errors import ContactError
-from ..core.solvers.petsc_objects import is_symmetric
+from .inner import is_symmetric
 from .levels import NOTHING, rigid_motions
 
 Solve = Callable[[Array], Array]

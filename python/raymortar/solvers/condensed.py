@@ -15,8 +15,8 @@ from ..core.discretization.joined import Places
 from ..core.discretization.ranks import destroy
 from ..core.errors import ContactError
 from ..core.gamma.probing import product
-from ..core.solvers.petsc_objects import finished
 from ..entries import block_diagonal, without_zeros
+from .inner import finished
 
 _OTHER = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
 

@@ -11,14 +11,9 @@ from scipy import sparse
 
 from ..core.discretization.joined import unrolled
 from ..core.discretization.ranks import destroy
-from ..core.solvers.petsc_objects import (
-    DIRECT,
-    SYMMETRIC_OR_NOT,
-    InnerSolvers,
-    kept_inside,
-    nested,
-)
+from ..core.solvers.petsc_objects import DIRECT, SYMMETRIC_OR_NOT, kept_inside
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
+from .inner import InnerSolvers, nested
 from .levels import sides
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding

@@ -140,6 +140,8 @@ def _check(adjust: Any, partial: Any, method: Any, others: Mapping[str, Any]) ->
         ("measure", "it integrates over the undeformed surface"),
         ("tangent", "its points do not move"),
         ("smooth", "the gaps of straight facets are kept or closed"),
+        ("frame", "it holds all components of the displacement"),
+        ("adhesion", "it never opens; surfaces that may part are a Contact's"),
     ):
         if name in others:
             raise ContactError(f"a Tie takes no {name}: {why}")

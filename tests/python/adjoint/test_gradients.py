@@ -97,10 +97,29 @@ def test_two_bodies_with_friction(method, which):
 
 
 @pytest.mark.parametrize("mu", [None, 0.2])
-@pytest.mark.parametrize("method", ["points", "penalty"])
+@pytest.mark.parametrize("method", ["points", "nodes", "dual", "penalty"])
 def test_shape(method, mu):
     """Positions of the nodes of both bodies."""
     compare(lambda **k: blocks(method=method, mu=mu, **k), ["shape"])
+
+
+@pytest.mark.parametrize("which", ["form", "force"])
+@pytest.mark.parametrize("method, clearance", [("nodes", 0.005), ("dual", 0.02)])
+def test_shape_below_a_tool(method, clearance, which):
+    """The same of a block with laws at nodes, of which some are open."""
+    compare(lambda **k: tool(method=method, mu=0.2, **k), ["shape"], which)
+    compare(
+        lambda **k: tool("tetrahedron", method, n=3, clearance=clearance, **k),
+        ["shape"],
+    )
+
+
+@pytest.mark.parametrize("method", ["nodes", "dual"])
+def test_shape_by_deformed_areas(method):
+    """The same where areas are those of the deformed slave."""
+    compare(
+        lambda **k: blocks(method=method, mu=0.2, measure="current", **k), ["shape"]
+    )
 
 
 @pytest.mark.parametrize("mu", [None, 0.1])
@@ -121,9 +140,8 @@ def test_gamma(method, mu):
 @pytest.mark.parametrize("mu", [None, 0.2])
 @pytest.mark.parametrize("method", ["points", "nodes", "dual", "penalty"])
 def test_blocks_in_space(method, mu):
-    """Offset, friction, and for laws at points the shape."""
-    names = ["offset"] + ["friction"] * bool(mu)
-    names += ["shape"] if method in ("points", "penalty") else ["load"]
+    """Offset, friction, and the shape."""
+    names = ["offset", "shape"] + ["friction"] * bool(mu)
     compare(lambda **k: blocks("tetrahedron", method, mu, n=(3, 2), **k), names)
 
 

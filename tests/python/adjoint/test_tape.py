@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from adjoints import Parameters, along, blocks, tool
+from problems import COMM
 from test_gradients import STEPS
 
 from raymortar import ContactError, LoadSteps, adjoint
 from raymortar.core.errors import SetUpError
+from raymortar.core.interface.point_results import Status
 
 COUNT = 10
 
@@ -33,6 +37,7 @@ def record(scene, count=COUNT):
         else:
             scene.body.move(motion)
         scene.problem.solve()
+        scene.keep += [zone.points()["status"] for zone in scene.contact.zones]
         scene.contact.advance()
         tape.record()
     return tape
@@ -52,6 +57,20 @@ SCENES = {
     "tool, dual": lambda **k: tool(method="dual", mu=0.25, **k),
     "blocks in space": lambda **k: blocks("tetrahedron", "rate", 0.25, n=(3, 2), **k),
     "sphere": lambda **k: tool("tetrahedron", "dual", 0.25, n=3, **k),
+}
+# Springs hold tractions from step to step
+SPRINGS = {
+    "blocks": lambda **k: blocks(method="penalty", mu=0.25, **k),
+    "quadratic blocks": lambda **k: blocks(method="penalty", mu=0.25, degree=2, **k),
+    "deformed areas": lambda **k: blocks(
+        "quadrilateral", "penalty", 0.25, measure="current", **k
+    ),
+    "tool": lambda **k: tool(method="penalty", mu=0.25, **k),
+    "blocks in space": lambda **k: blocks(
+        "tetrahedron", "penalty", 0.25, n=(3, 2), **k
+    ),
+    "hexahedra": lambda **k: blocks("hexahedron", "penalty", 0.25, n=(3, 2), **k),
+    "sphere": lambda **k: tool("tetrahedron", "penalty", 0.25, n=3, **k),
 }
 
 
@@ -80,14 +99,81 @@ def compare_path(make, names, count=COUNT):
 def test_path_with_friction(name):
     """Modulus, load, offset, friction, and of a tool its radius and place."""
     names = ["modulus", "load", "offset", "friction"]
+    names += ["shape"] if name != "sphere" else []
     of_tool = ["radius", "place"] if "tool" in name or name == "sphere" else []
     compare_path(SCENES[name], names + of_tool)
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_path_with_springs(name):
+    """The same with the elastic penalty, by its coefficient too, and by the shape."""
+    names = ["modulus", "load", "offset", "friction", "gamma"]
+    names += ["radius", "place"] if name in ("tool", "sphere") else []
+    names += ["shape"] if name != "hexahedra" else []
+    compare_path(SPRINGS[name], names)
+
+
+SIZES = {
+    "modulus": 0.1, "load": 0.01, "offset": 2e-5, "friction": 1e-4, "gamma": 0.5,
+    "radius": 1e-4, "place": 1e-4, "shape": 1e-4,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("scene", [blocks, tool])
+def test_remainder_of_path_with_springs(scene):
+    """J(m + h d) - J(m) - h dJ falls by four where h halves, while points stick and
+    slip."""
+    count = 6
+
+    def make(p=None):
+        return scene(method="penalty", mu=0.25, p=p)
+
+    start = make()
+    tape = record(start, count)
+    J, weights = work(start, tape)
+    weights = weights[:, :count]
+    assert {Status.STICK, Status.SLIP} <= set(np.concatenate(start.keep))
+    controls = start.directions()
+    names = [one for one in SIZES if one in controls]
+    gradients = tape.gradient(J, [controls[one][0] for one in names], weights)
+    value = float(np.sum(tape.values(J) * weights))
+    for one, gradient in zip(names, gradients):
+        is_place, size = one == "place", SIZES[one]
+        slope = gradient[0] if is_place else along(gradient, controls[one][1])
+        left = []
+        for h in (size, size / 2.0):
+            by = h * np.eye(3)[0] if is_place else h
+            other = make(p=Parameters().changed(one, by))
+            there = record(other, count).values(work(other, None)[0])
+            left.append(float(np.sum(there * weights)) - value - h * slope)
+        assert np.log2(left[0] / left[1]) == pytest.approx(2.0, abs=0.1), one
 
 
 @pytest.mark.mpi
 def test_path_on_ranks():
     """The same on any number of ranks, of four steps."""
     compare_path(SCENES["tool, rate"], ["friction"], 4)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("name", ["tool, dual", "tool", "blocks in space"])
+def test_gradients_do_not_depend_on_ranks(name):
+    """Gradients of a path are those of one rank."""
+    found = []
+    for comm in (COMM, MPI.COMM_SELF):
+        scene = {**SCENES, **SPRINGS}[name](comm=comm)
+        tape = record(scene, 5)
+        J, weights = work(scene, tape)
+        controls = scene.directions()
+        gradients = tape.gradient(J, [c for c, _ in controls.values()], weights[:, :5])
+        found.append(
+            [
+                gradient if direction is None else along(gradient, direction)
+                for gradient, (_, direction) in zip(gradients, controls.values())
+            ]
+        )
+    for several, one in zip(*found):
+        assert several == pytest.approx(one, rel=1e-10, abs=1e-13)
 
 
 def test_load_steps_are_recorded_and_state_comes_back():
@@ -109,13 +195,13 @@ def test_load_steps_are_recorded_and_state_comes_back():
     assert np.array_equal(by_last.x.array, weighed.x.array)
 
 
-def test_springs_are_refused():
-    """Tractions that a step hands on have no derivative."""
-    scene = tool(method="penalty", mu=0.25)
+def test_lags_are_refused():
+    """Lengths that a multiplier's friction at points hands on have no derivative."""
+    scene = tool(method="points", mu=0.25)
     tape = adjoint.Tape(scene.problem)
     scene.solve((0.02, -0.05))
     scene.contact.advance()
-    with pytest.raises(SetUpError, match="friction springs"):
+    with pytest.raises(SetUpError, match="hands on lengths"):
         tape.record()
 
 

@@ -12,7 +12,7 @@ from condensing import newton
 from dolfinx import fem
 from periodic import Cell
 from problems import COMM
-from test_gradients import MOTION, compare, solve, values
+from test_gradients import MOTION, STEPS, compare, solve, values
 
 from meshes.scenes import two_blocks
 from raymortar import (
@@ -24,6 +24,7 @@ from raymortar import (
     adjoint,
     rigid,
 )
+from raymortar.adjoint.functionals import as_functional
 from raymortar.core import compat
 from raymortar.core.errors import SetUpError
 
@@ -35,7 +36,8 @@ REMAINDERS = [
     *((blocks, "points", name) for name in ("modulus", "offset", "friction", "shape")),
     *((blocks, "penalty", name) for name in ("modulus", "load", "shape", "gamma")),
     *((tool, "points", name) for name in ("radius", "place", "offset", "friction")),
-    *((tool, "dual", name) for name in ("radius", "place")),
+    *((tool, "dual", name) for name in ("radius", "place", "shape")),
+    (blocks, "nodes", "shape"),
 ]
 
 
@@ -66,8 +68,7 @@ def test_remainder_is_of_second_order(make, method, name):
 @pytest.mark.parametrize("method", ["points", "dual", "penalty"])
 def test_on_ranks(method):
     """Forms and forces on any number of ranks, by parameters of both kinds."""
-    names = ["modulus", "load", "offset", "friction"]
-    names += [] if method == "dual" else ["shape"]
+    names = ["modulus", "load", "offset", "friction", "shape"]
     for which in ("form", "force"):
         compare(lambda **k: blocks(method=method, mu=0.2, **k), names, which)
 
@@ -132,6 +133,32 @@ def test_mixed_unknowns():
     assert by_load[1] == pytest.approx(known / 2e-3, rel=1e-6)
     known = value(-1.0, 1e-6) - value(-1.0, -1e-6)
     assert by_offset.x.array.sum() == pytest.approx(known / 2e-6, rel=1e-6)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("method", ["points", "vector", "nodes", "dual"])
+def test_functional_of_the_multiplier(method):
+    """Tractions may be in the functional, as unknowns that they are."""
+
+    def functional(scene):
+        t = scene.contact.multiplier
+        dx = ufl.dx(domain=t.function_space.mesh, metadata={"quadrature_degree": 2})
+        return ufl.inner(t, t) * dx + scene.u[0] * dx
+
+    names, scene = ["load", "offset", "shape"], blocks(method=method)
+    solve(scene)
+    controls = scene.directions()
+    those = [controls[name][0] for name in names]
+    found = adjoint.gradient(functional(scene), scene.problem, those)
+    for name, gradient in zip(names, found):
+        values = []
+        for sign in (1.0, -1.0):
+            p = Parameters().changed(name, sign * STEPS[name])
+            other = blocks(method=method, p=p)
+            solve(other)
+            values.append(as_functional(functional(other)).value(other.problem))
+        known = (values[0] - values[1]) / (2.0 * STEPS[name])
+        assert along(gradient, controls[name][1]) == pytest.approx(known, rel=1e-6)
 
 
 def test_condensed_problem():
@@ -219,8 +246,10 @@ def test_parameters_that_are_refused():
     for scene in (block, led):
         solve(scene)
     mesh = led.u.function_space.mesh
-    dual = blocks(method="dual")
-    solve(dual)
+    dual = blocks("hexahedron", "dual", n=(2, 1))
+    rim = tool("tetrahedron", "dual", n=3)
+    for scene in (dual, rim):
+        solve(scene)
     free = rigid.Body(rigid.Circle((0.0, 0.0), 1.0), free=("y",))
     for wrong, text in [
         ((block, lambda: adjoint.friction(block.contact)), "no coefficient of Coulomb"),
@@ -232,7 +261,11 @@ def test_parameters_that_are_refused():
         ((block, lambda: adjoint.coordinates(mesh)), "no displacement of the problem"),
         (
             (dual, lambda: adjoint.coordinates(dual.u.function_space.mesh)),
-            "depend on undeformed areas",
+            "dual functions depend",
+        ),
+        (
+            (rim, lambda: adjoint.coordinates(rim.u.function_space.mesh)),
+            "partly uncovered",
         ),
     ]:
         scene, make = wrong

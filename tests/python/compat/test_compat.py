@@ -15,6 +15,7 @@ from dolfinx import mesh as dmesh
 
 from meshes.from_arrays import create_mesh
 from raymortar.core import compat
+from raymortar.io import write_xdmf
 
 pytestmark = pytest.mark.mpi
 
@@ -399,8 +400,8 @@ def test_write_xdmf(degree, g, folder):
     u.name = "displacement"
     cellwise = fem.Function(compat.space(mesh, "DG", 0))
     cellwise.name = "zone"
-    compat.write_xdmf(path, mesh, [u, cellwise], t=0.0)
-    compat.write_xdmf(path, mesh, [u, cellwise], t=0.5, append=True)
+    write_xdmf(path, mesh, [u, cellwise], t=0.0)
+    write_xdmf(path, mesh, [u, cellwise], t=0.5, append=True)
     text = path.read_text()
     assert set(re.findall(r'Attribute Name="(\w+)"', text)) == {"displacement", "zone"}
     assert len(set(re.findall(r'Time Value="([^"]+)"', text))) == 2

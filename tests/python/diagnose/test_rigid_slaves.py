@@ -4,11 +4,25 @@ import warnings
 
 import numpy as np
 import pytest
+import ufl
 from dolfinx import fem
+from dolfinx.mesh import locate_entities
 from problems import COMM, DIMENSION, build, fix
 
+from meshes.blocks import Block
+from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
-from raymortar import AugmentedLagrangian, ContactWarning, Coulomb, Penalty, SNESSolver
+from raymortar import (
+    AugmentedLagrangian,
+    Contact,
+    ContactWarning,
+    Coulomb,
+    LoadSteps,
+    NonlinearProblem,
+    Penalty,
+    SNESSolver,
+    tools,
+)
 from raymortar.core.errors import SetUpError
 
 pytestmark = pytest.mark.quick
@@ -262,3 +276,37 @@ def test_slaves_are_let_pass_where_they_or_no_side_balance(
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         SNESSolver(case.problem)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("gap", [0.0, 3.0])
+def test_coarse_facets_that_are_never_met_refuse_nothing(gap, law):
+    """A layer led along the normal, with free sides, far above a block whose facets are
+    as fine as its own below it, and far coarser beside."""
+    places = np.concatenate([[0.0, 0.2], np.linspace(0.4, 0.6, 9), [0.8, 1.0]])
+    blocks = [
+        Block((4, 2), (-0.5, gap), (0.5, gap + 0.5), tags={"bottom": 1, "top": 2}),
+        Block((12, 4), (-3.0, -1.0), (3.0, 0.0), grading=(places, None),
+              tags={"bottom": 3, "top": 4}),
+    ]  # fmt: skip
+    mesh, _, facets = assemble_blocks(COMM, blocks, "quadrilateral")
+    V = tools.vector_space(mesh, 1)
+    u, v, led = fem.Function(V), ufl.TestFunction(V), fem.Constant(mesh, 0.0)
+    F = ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) * ufl.dx
+    layer = locate_entities(mesh, 2, lambda x: x[1] > gap - 1e-9)
+    dofs = fem.locate_dofs_topological(V.sub(1), 2, layer)
+    bcs = [
+        fem.dirichletbc(led, dofs, V.sub(1)),
+        tools.prescribe(V, facets.find(3)),
+        tools.prescribe(V, facets.find(2), component=0),
+    ]
+    contact = Contact(u, facets, [(1, 4)], friction=LAWS[law])
+    problem = NonlinearProblem(F, contact, bcs)
+
+    def press(t):
+        led.value = -(gap + 0.02) * t
+
+    steps = LoadSteps(problem.snes_solver, press, 3).run()
+    assert max(step.iterations for step in steps) <= 8
+    assert contact.resultant().force[1] > 0.02

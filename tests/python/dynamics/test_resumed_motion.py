@@ -21,7 +21,7 @@ SCHEMES = [Newmark(), Midpoint(), GeneralizedAlpha(0.8)]
 DT, END = 0.02, 0.5
 
 
-def bounced(master, held, speed, method=None):
+def bounced(master, held, speed, method=None, damping=0.0):
     """A soft strip that meets a tool with friction, and its energy. If it is held its
     head is met, else its foot."""
     scene = moving.bars(
@@ -35,7 +35,10 @@ def bounced(master, held, speed, method=None):
     residual = linear if held else strips.neo_hookean(scene.u, 20.0)
     bcs = [raymortar.tools.prescribe(scene.V, scene.facets.find(moving.SLAVE))]
     problem = raymortar.NonlinearProblem(residual, contact, bcs * held)
-    inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact)
+    mass = ufl.inner(scene.a, scene.v) * ufl.dx
+    loss = ufl.inner(ufl.sym(ufl.grad(scene.a)), ufl.grad(scene.v)) * ufl.dx
+    damped = damping * mass + 0.1 * damping * loss if damping else None
+    inertia = dynamics.Inertia(mass, contact, damping=damped)
     velocity = fem.Function(scene.V)
     velocity.x.array.reshape(-1, 2)[:] = speed
     history = raymortar.History(problem, works={"foot": bcs} if held else None)
@@ -61,7 +64,29 @@ def under_a_ball():
     return bounced(ball, True, (0.0, 0.0))
 
 
+def glued():
+    """A bar that sticks to another one, on which it is pressed and from which shear and
+    the waves tear it."""
+    scene = moving.bars(n=6, width=0.4)
+    energy, residual = moving.elastic(scene, 20.0)
+    contact = raymortar.Contact(
+        scene.u, scene.facets, [(moving.SLAVE, moving.MASTER)], Penalty(2000.0),
+        adhesion=raymortar.Cohesive(0.2, 0.01),
+    )  # fmt: skip
+    problem = raymortar.NonlinearProblem(residual, contact)
+    inertia = dynamics.Inertia(ufl.inner(scene.a, scene.v) * ufl.dx, contact)
+    velocity = moving.by_bar(scene, 0.2)
+    aside = velocity.x.array.reshape(-1, 2)
+    aside[:, 0] = np.where(aside[:, 1] < 0.0, 0.4, 0.0)
+    return SimpleNamespace(
+        problem=problem, inertia=inertia, velocity=velocity, energy=energy,
+        history=raymortar.History(problem),
+    )  # fmt: skip
+
+
 SCENES = {
+    "damping": lambda: on_a_plane(damping=0.5),
+    "adhesion": glued,
     "penalty": lambda: on_a_plane(method=Penalty(2000.0)),
     "multiplier": on_a_plane,
     "ball": under_a_ball,

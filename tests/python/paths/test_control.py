@@ -12,7 +12,7 @@ from snapping import on_bed, pressure, top_sinks
 
 from raymortar import ConvergenceError, Coulomb, History, LoadSteps, Penalty
 from raymortar.paths import ArcLength, DisplacementControl, soft_start
-from raymortar.paths.strategies import FULL, VISCOUS
+from raymortar.paths.strategy import FULL, VISCOUS
 
 sys.path.append(str(Path(__file__).parents[3] / "benchmarks"))
 

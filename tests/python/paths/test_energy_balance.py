@@ -9,6 +9,7 @@ from load_paths import top_moves
 from problems import SOLVERS
 from rigid_scenes import press
 from snapping import BED, E, on_bed, pressure, top_sinks
+from worn import Pressed
 
 from raymortar import (
     ContactWarning,
@@ -19,9 +20,12 @@ from raymortar import (
     SNESSolver,
     rigid,
 )
+from raymortar.fluxes import Archard, Wear
 from raymortar.paths.energy_balance import MISSING, RIPPLE, Balance, balance_of_step
 from raymortar.paths.load_path import PrescribedPath, StepSizes
-from raymortar.paths.strategies import FULL, VISCOUS, Strategies
+from raymortar.paths.strategies import Strategies
+from raymortar.paths.strategy import FULL, VISCOUS
+from raymortar.paths.ways import FadingForces, SmallGamma
 from raymortar.results.sums import slip_work
 
 
@@ -98,12 +102,14 @@ def jumping(monkeypatch, first, last, depth):
             raise ConvergenceError("it cycles")
         return given(self, *state)
 
-    def solve():
+    def solve(way, first):
         put(found, depth)
         return 1
 
     monkeypatch.setattr(Strategies, "_as_given", fails)
-    monkeypatch.setattr(Strategies, "_others", lambda *_: iter([(VISCOUS, solve)]))
+    monkeypatch.setattr(SmallGamma, "is_of_use", lambda _: False)
+    monkeypatch.setattr(FadingForces, "is_of_use", lambda _: True)
+    monkeypatch.setattr(FadingForces, "solve", solve)
     put(found, depths(first)[0])
     found.problem.contact.advance()
     return LoadSteps(found.solver, found.apply, 1, 1, path=(first, last))
@@ -291,3 +297,17 @@ def test_gamma_comes_back_with_a_step_that_is_refused(monkeypatch):
     iterator = iter(steps)
     next(iterator)
     assert steps.halvings == 1 and problem.contact.gamma == gamma
+
+
+def test_a_load_that_follows_a_worn_surface_passes_no_snap(monkeypatch):
+    """Its work on the worn depth is spent there."""
+    case = Pressed()
+    wear, solver = Wear(case.contact, Archard(1e-3)), case.problem.snes_solver
+    LoadSteps(solver, case.press, 1, on_accept=wear.accept).run()
+    seen = Watched(monkeypatch)
+    LoadSteps(solver, case.slide, 5, on_accept=wear.accept).run()
+    assert wear.volume() == pytest.approx(1e-3 * case.LOAD * case.WAY)
+    work = wear.volume() * case.LOAD / 5
+    for balance in seen.steps[1:]:  # what the step before has worn
+        assert balance.most == pytest.approx(work, rel=1e-3)
+        assert not balance.lacks_energy and not balance.has_snapped

@@ -9,8 +9,8 @@ from problems import fix
 
 from raymortar import ConvergenceError, Coulomb, History, Penalty, SNESSolver, Stick
 from raymortar.paths import ArcLength
-from raymortar.paths.stabilization import Stabilization
-from raymortar.paths.strategies import solve_by_small_gamma, with_line_search
+from raymortar.paths.soft_start import solve_by_small_gamma, with_line_search
+from raymortar.viscous.stabilization import Stabilization
 
 pytestmark = pytest.mark.mpi
 

@@ -7,8 +7,9 @@ from problems import worst
 
 from raymortar import ContactError, LoadSteps
 from raymortar.paths import soft_start
-from raymortar.paths.prediction import LONGEST, Prediction
-from raymortar.paths.strategies import FULL, SMALL_GAMMA
+from raymortar.paths.prediction import Prediction
+from raymortar.paths.strategy import FULL, SMALL_GAMMA
+from raymortar.viscous.budget import LONGEST
 
 
 def recorded(monkeypatch):

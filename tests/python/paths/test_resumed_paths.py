@@ -168,7 +168,7 @@ def small_gamma_from_the_first_step(case, steps, begin=0.0):
     for k, step in enumerate(path):
         if k == 0 and begin == 0.0:
             ways = path._memory._of[2]
-            ways._given.append(lend_tenths(case.problem))
+            ways._small_gamma.given.append(lend_tenths(case.problem))
         yield step
 
 

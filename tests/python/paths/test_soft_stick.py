@@ -9,9 +9,9 @@ from pathing import take
 from slender import belt, bent, leaves
 
 import raymortar
-from raymortar.paths import stabilization
 from raymortar.paths.soft_start import SoftStart
 from raymortar.paths.soft_stick import SoftStick
+from raymortar.viscous import stabilization
 
 LAW = {"method": raymortar.AugmentedLagrangian(condition="nodes")}
 

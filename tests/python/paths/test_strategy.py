@@ -15,7 +15,8 @@ import raymortar
 from raymortar import ContactError, ConvergenceError, SNESSolver
 from raymortar.core.convergence.convergence import is_hopeless, is_in_trouble
 from raymortar.core.errors import SetUpError
-from raymortar.paths.strategies import FULL, SMALL_GAMMA, VISCOUS, with_line_search
+from raymortar.paths.soft_start import with_line_search
+from raymortar.paths.strategy import FULL, SMALL_GAMMA, VISCOUS
 from raymortar.solvers import iterative
 
 sys.path.append(str(Place(__file__).parents[3] / "benchmarks" / "robustness"))

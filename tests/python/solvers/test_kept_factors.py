@@ -24,9 +24,10 @@ from raymortar import (
     rigid,
     solvers,
 )
-from raymortar.core.solvers.petsc_objects import PetscOptions, is_symmetric
+from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers.compliance import Compliance, supports
+from raymortar.solvers.inner import is_symmetric
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(2e4)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}

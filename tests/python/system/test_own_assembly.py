@@ -1,12 +1,14 @@
 """Contact added to matrices and vectors that a user assembles, as DOLFINx's own are."""
 
 import inspect
+import warnings
 from functools import lru_cache
 from pathlib import Path
 
 from petsc4py import PETSc
 
 import dolfinx.fem.petsc as fem_petsc
+import interacting
 import numpy as np
 import pytest
 import ufl
@@ -16,6 +18,7 @@ from problems import COMM
 import raymortar
 from raymortar import io, tools
 from raymortar.core import compat
+from raymortar.core.interactions import Interactions
 
 MESH = Path(__file__).parents[3] / "meshes" / "two_blocks_2d.msh"
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE
@@ -38,7 +41,7 @@ def bodies(length):
 class Blocks:
     """Two blocks, pressed and sheared: a form, conditions and contact, and no problem."""
 
-    def __init__(self, method, friction, scale=1.0, length=1.0):
+    def __init__(self, method, friction, scale=1.0, length=1.0, **options):
         read = bodies(length)
         V, self.length = tools.vector_space(read.mesh, 1), length
         self.u = fem.Function(V, name="u")
@@ -56,7 +59,13 @@ class Blocks:
         ]
         pairs = [("upper_bottom", "lower_top")]
         self.contact = raymortar.Contact(
-            self.u, read.facet_tags, pairs, method, friction, names=read.names
+            self.u,
+            read.facet_tags,
+            pairs,
+            method,
+            friction,
+            names=read.names,
+            **options,
         )
 
     def load(self, t):
@@ -66,14 +75,18 @@ class Blocks:
 class ByHand(Blocks):
     """Residual and tangent by the lines that docs/your_own_assembly.md shows."""
 
+    pair = True
+
     def __init__(self, *given, **options):
         super().__init__(*given, **options)
-        self.pair = True
+        self.begin()
+
+    def begin(self):
         self.contact.update()
         self.A = self.contact.create_matrix(self.a)
         self.b = self.contact.create_vector(self.L)
         self.x = self.contact.create_vector(self.L)
-        self.has_multiplier = self.contact.multiplier is not None
+        self.has_multiplier = self.contact.layout.more_than_forms
 
     def F(self, x, b):
         contact, bcs = self.contact, self.bcs
@@ -390,3 +403,83 @@ def test_condensed_problems_have_vectors_of_dolfinx():
     coupled.solve()
     found, expected = (one.contact.resultant().force for one in (blocks, coupled))
     assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.mpi
+def test_adhesion_is_assembled_by_a_problem_alone():
+    """By that of the contact's own solver or of any other; a loop by hand would miss it."""
+    law = raymortar.Cohesive(strength=5.0, toughness=0.2)
+    blocks = Blocks(DUAL, None, adhesion=law)
+    contact = blocks.contact
+    contact.update()
+    text = "your own assembly has no bonds of adhesion"
+    calls = (
+        lambda: contact.create_matrix(blocks.a),
+        lambda: contact.assemble_vector(contact.create_vector(blocks.L)),
+    )
+    for call in calls:
+        with pytest.raises(raymortar.ContactError, match=text):
+            call()
+    problem = raymortar.NonlinearProblem(blocks.residual, contact, blocks.bcs)
+    A, x = problem.create_matrix(), problem.start()
+    problem.F(x, x.duplicate())
+    with pytest.raises(raymortar.ContactError, match=text):
+        contact.assemble_matrix(A)
+    given = blocks.residual, blocks.u, Blocks(DUAL, None, adhesion=law).contact
+    with pytest.raises(raymortar.ContactError, match="has no bonds of adhesion of a"):
+        raymortar.CondensedProblem(*given)
+
+
+@pytest.mark.mpi
+def test_an_exact_penalty_tells_that_nobody_has_repeated_its_solves():
+    """Once: its forces are those of a plain penalty. Solvers of raymortar repeat."""
+    hand = ByHand(raymortar.Penalty(exact=True), None)
+    hand.load(0.1)
+    hand.solve()
+    with pytest.warns(raymortar.ContactWarning, match="an exact penalty has left gaps"):
+        hand.contact.advance()
+    blocks = Blocks(raymortar.Penalty(exact=True), None)
+    problem = raymortar.NonlinearProblem(blocks.residual, blocks.contact, blocks.bcs)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", raymortar.ContactWarning)
+        hand.contact.advance()
+        blocks.load(0.1)
+        problem.solve()
+        blocks.contact.advance()
+
+
+class SeveralByHand(ByHand):
+    """Two stacks of two blocks, with a contact in each."""
+
+    def __init__(self, methods, way):
+        stack = interacting.two_pairs()
+        self.u, self.bcs, self.load = stack.u, stack.bcs, stack.move
+        V = self.u.function_space
+        self.L = fem.form(stack.F)
+        self.a = fem.form(ufl.derivative(stack.F, self.u, ufl.TrialFunction(V)))
+        pairs = interacting.FIRST, interacting.SECOND
+        self.several = [stack.contact(p, method=m) for p, m in zip(pairs, methods)]
+        self.problem = None
+        if way != "by themselves":
+            given = stack.F, self.several, self.bcs
+            self.problem = raymortar.NonlinearProblem(*given)
+        self.contact = Interactions(self.several)
+        if way == "of a problem":
+            self.contact = self.problem.contact
+
+    def forces(self):
+        return np.array([one.resultant().force for one in self.several])
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("way", ["of a problem", "by themselves"])
+@pytest.mark.parametrize("methods", [(POINTS, PENALTY), (PENALTY, PENALTY)])
+def test_several_contacts_share_a_matrix(methods, way):
+    hand, known = SeveralByHand(methods, way), SeveralByHand(methods, "problem")
+    for one in (hand, known):
+        one.load(0.5)
+    known.problem.solve()
+    hand.begin()
+    hand.solve()
+    expected = known.forces()
+    assert np.abs(hand.forces() - expected).max() < 1e-8 * np.abs(expected).max()

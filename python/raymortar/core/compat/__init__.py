@@ -7,9 +7,8 @@ Vectors are handled as *ghosted arrays*: the unrolled dofs of a space on this ra
 owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
+from .arrays import *
 from .at_points import *
-from .files import *
 from .forms import *
 from .generation import *
-from .gmsh import *
 from .meshes import *

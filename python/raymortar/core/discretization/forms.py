@@ -241,10 +241,12 @@ def _is_table(given: Any, n: int) -> bool:
     return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)
 
 
-def jacobians(
-    F: Sequence[Any], u: Sequence[Function], unknowns: Unknowns
-) -> list[list[Any]]:
-    """Derivatives of residuals by unknowns, None for zero, or an error."""
+def jacobians(F: Any, u: Sequence[Function], unknowns: Unknowns) -> Any:
+    """Derivative of a residual by the unknown; of several residuals a list of lists,
+    None for zero, or an error."""
+    if not isinstance(F, (list, tuple)):
+        (w,) = u
+        return ufl.derivative(F, w, ufl.TrialFunction(w.function_space))
     table = [[derivative(form, f) for f in u] for form in F]
     for d in unknowns.displacements:
         if table[d.at][d.at] is None:
@@ -270,11 +272,13 @@ _MESSAGE = (
 )
 
 
-def warn_of_inertia(F: Sequence[Any], functions: Sequence[Function]) -> None:
+def warn_of_inertia(F: Any, functions: Sequence[Function], unknowns: Unknowns) -> None:
     """Warn where residuals of displacements seem to have inertia. The level of
     `warnings.warn` is seen from the caller."""
-    for form, f in zip(F, functions):
-        other = _earlier_state(form, f)
+    forms = F if isinstance(F, (list, tuple)) else [F]
+    for k in sorted({one.at for one in unknowns.displacements}):
+        f = functions[k]
+        other = _earlier_state(forms[k], f)
         if other is not None:
             text = _MESSAGE.format(u=f.name, other=other.name)
             warn(text, page="fields")

@@ -26,6 +26,8 @@ from .zone_data import ZoneData, mean_facet_size
 _ROUNDING = 1e-6
 # Change of a gap, over the mean size of facets, from which on gaps are closed
 CLOSED_WITHIN = 1e-4
+# The same above which nobody can have repeated the solves of an accepted step
+OPEN_WITHIN = 1e-3
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
 
@@ -167,7 +169,7 @@ class Augmentation:
     def __init__(self, zones: Sequence[ZoneData], scalar: Any) -> None:
         self._zones, self._comm = zones, zones[0].comm
         self._values = Function(scalar, name="augmentation")
-        self._size = mean_facet_size(zones)
+        self._size, self._has_warned = mean_facet_size(zones), False
 
     @property
     def array(self) -> Array:
@@ -191,15 +193,33 @@ class Augmentation:
         Returns the largest change of a gap over the size of facets, and changes nothing
         where gaps are closed: then it returns None.
         """
+        values, change = self._next()
+        if change <= CLOSED_WITHIN:
+            return None
+        self.set(values)
+        return change
+
+    def _next(self) -> tuple[Array, float]:
+        """Find the present tractions, and the change of a gap that they make."""
         found = Function(self._values.function_space)
         nodal_average(self._zones, lambda p: -p["pressure"] / p["gamma"], found)
         # No point around the node has a hit
         values = np.nan_to_num(found.x.array)
         change = largest(self._comm, np.abs(values - self.array)) / self._size
-        if change <= CLOSED_WITHIN:
-            return None
-        self.set(values)
-        return float(change)
+        return values, float(change)
+
+    def warn_of_gaps(self) -> None:
+        """Warn once where nobody has repeated the solves of an accepted step. Collective."""
+        if self._has_warned:
+            return
+        change = self._next()[1]
+        if change > OPEN_WITHIN:
+            self._has_warned = True
+            warn(
+                f"an exact penalty has left gaps of {change:.1e} of a facet: solvers of "
+                "raymortar alone repeat a solve until they close",
+                page="use",
+            )
 
 
 def augmented(parts: Sequence[Any]) -> float:

@@ -224,6 +224,8 @@ class PresentState:
         self._unknowns.pull()  # each contact has a displacement of its own
         for one in self.followers:
             one.step_accepted()
+        if self._augmentation is not None and self.updates:
+            self._augmentation.warn_of_gaps()
         self.u_old[:] = self._u.x.array
         self.unfelt.accept()
         self.steps += 1

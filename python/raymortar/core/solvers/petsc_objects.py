@@ -1,4 +1,4 @@
-"""PETSc options, solvers within solvers, and factors, which all solvers share."""
+"""PETSc options, contexts that know the problem, and factors, for all solvers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from functools import wraps
 from typing import Any
 
-from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -36,9 +35,6 @@ SYMMETRIC_OR_NOT = {k: v for k, v in DIRECT.items() if k != "pc_type"}
 # Relative tolerance of systems that paths solve with one tangent, whose solutions they
 # combine
 CLOSE = 1e-8
-
-# Difference of two sums that is rounding, over the sums: these may nearly cancel
-ROUNDING = 1e-9
 
 # Options of solvers within others and of ours, which need not have been read yet
 _INNER = re.compile("_(snes|ksp|pc|mat)_|^(kept|lagged|bodies)_")
@@ -221,86 +217,6 @@ def attach(
                 context.know(problem, row_scale, raised)
 
 
-def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
-    """Make options of a Python KSP, and of its inner solvers by prefix."""
-    found: dict[str, Any] = {
-        "ksp_type": "python",
-        "ksp_python_type": f"{context.__module__}.{context.__name__}",
-        "pc_type": "none",
-    }
-    for prefix, options in inner.items():
-        found |= {f"{prefix}_{name}": value for name, value in options.items()}
-    return found
-
-
-class InnerSolvers(KnowsProblem):
-    """A PETSc python KSP that leaves systems to an iterative and a direct solver."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.krylov: Any = None  # PETSc.KSP from the first use on, as `direct`
-        self.direct: Any = None
-
-    def _made(self, ksp: PETSc.KSP, name: str) -> PETSc.KSP:
-        """Make an inner solver with its own prefix. Collective."""
-        one = inner_solver(ksp, name)
-        one.setFromOptions()
-        return one
-
-    def _solve_directly(self, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve by the direct solver, which is made for its first system. Collective."""
-        if self.direct is None:
-            self.direct = self._made(ksp, "direct_")
-        self._solve_by(self.direct, ksp, b, x)
-
-    def _solve_by(
-        self, one: PETSc.KSP, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
-    ) -> bool:
-        """Solve by an inner solver; whether it has converged. Collective."""
-        one.setOperators(*ksp.getOperators())
-        # SNES and paths may change it from one system to the next
-        one.setTolerances(rtol=ksp.getTolerances()[0])
-        one.solve(b, x)
-        ksp.setConvergedReason(one.getConvergedReason())
-        ksp.setIterationNumber(one.getIterationNumber())
-        return bool(one.getConvergedReason() > 0)
-
-    def reset(self, ksp: PETSc.KSP) -> None:
-        """Forget the operators. Collective."""
-        for one in (self.krylov, self.direct):
-            if one is not None:
-                one.reset()
-
-    def destroy(self, ksp: PETSc.KSP) -> None:
-        """Free the inner solvers, as PETSc asks at the end. Collective."""
-        self._destroy("krylov", "direct")
-
-
-def inner_solver(outer: PETSc.KSP | PETSc.PC, name: str) -> PETSc.KSP:
-    """Make a solver whose prefix adds a name to the outer one's. Collective."""
-    ksp = PETSc.KSP().create(outer.comm)
-    ksp.setOptionsPrefix(f"{outer.getOptionsPrefix() or ''}{name}")
-    return ksp
-
-
-def finished(
-    outer: PETSc.PC, name: str, matrix: PETSc.Mat, kind: str | None = None
-) -> PETSc.KSP:
-    """Make an inner solver of a matrix, which it takes over, by default with one
-    preconditioner. Collective."""
-    ksp = inner_solver(outer, name)
-    ksp.setType("preonly")
-    ksp.setOperators(matrix)
-    if kind is not None:
-        ksp.getPC().setType(kind)
-    if kind == "lu":
-        ksp.getPC().setFactorSolverType("mumps")
-    ksp.setFromOptions()
-    ksp.setUp()
-    matrix.destroy()
-    return ksp
-
-
 def new_prefix(kind: str) -> str:
     """Make a prefix that no other solver has, or one would set the other's options."""
     return f"raymortar_{kind}_{next(_counter)}_"
@@ -311,23 +227,6 @@ def renew(ksp: PETSc.KSP, A: PETSc.Mat) -> None:
     takes a new pattern for the old one (`Contact.make_room`)."""
     ksp.reset()
     ksp.setOperators(A)
-
-
-def is_symmetric(A: PETSc.Mat) -> bool:
-    """Tell whether a matrix is symmetric but for rounding. Collective.
-
-    A x and A^T x of a random x are compared row by row, as bodies and fields may have
-    other units.
-    """
-    x, rows = A.createVecs()
-    columns = rows.duplicate()
-    x.array[:] = np.random.default_rng(A.comm.rank).uniform(-1.0, 1.0, x.local_size)
-    A.mult(x, rows)
-    A.multTranspose(x, columns)
-    a, b = rows.array_r, columns.array_r
-    same = bool(np.all(np.abs(a - b) <= ROUNDING * (np.abs(a) + np.abs(b))))
-    destroy(x, rows, columns)
-    return bool(A.comm.tompi4py().allreduce(same, MPI.LAND))
 
 
 def take_tangent(problem: Any, x: PETSc.Vec, A: PETSc.Mat, ksp: PETSc.KSP) -> None:

@@ -275,7 +275,8 @@ class CoupledSystem(CoupledIterates):
         if self._lacks_room(A):
             raise ContactError(
                 "A has no room for the present pairs: call contact.make_room(A) after "
-                "update, before the forms are assembled"
+                "update, before the forms are assembled; several contacts share A as "
+                "NonlinearProblem(F, contacts).contact"
             )
         # PETSc refuses to mix adding and inserting without a flush between them
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
@@ -29,13 +30,9 @@ class CoupledIterates:
 
     Attributes
     ----------
-    layout
-        Rows of the unknowns.
     zones
         Slave surfaces of all contacts.
     """
-
-    layout: Layout | CoupledRows
 
     def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
         self.unknowns, self.parts = unknowns, tuple(parts)
@@ -45,6 +42,13 @@ class CoupledIterates:
         self.zones = [zone for part in self.parts for zone in part.zones]
         if len(self.parts) == 1:
             self.layout = self.parts[0].layout
+
+    @cached_property
+    def layout(self) -> Layout | CoupledRows:
+        """Rows of the unknowns. Several contacts that no problem has yet, as in one's own
+        assembly, are solved for together from here on. Collective."""
+        self.solve_for(self.unknowns.functions)
+        return self.layout
 
     @property
     def u(self) -> Function:

@@ -12,7 +12,7 @@ from written import at_nodes
 
 from meshes.scenes import two_blocks
 from raymortar import ContactError, Coulomb
-from raymortar.core import compat
+from raymortar.io import of_one_degree, write_vtk, write_xdmf
 
 HAS_ADIOS2 = getattr(dolfinx, "has_adios2", False)  # DOLFINx 0.5 does not say
 
@@ -84,7 +84,7 @@ def from_vtk(folder):
 def test_xdmf_has_all_fields_at_the_nodes_of_the_mesh(cell, folder):
     path = folder / "out.xdmf"
     problem, functions = pressed_in(cell)
-    compat.write_xdmf(path, problem.u.function_space.mesh, functions)
+    write_xdmf(path, problem.u.function_space.mesh, functions)
     COMM.barrier()
     compare(from_xdmf(path), functions, len)
 
@@ -94,7 +94,7 @@ def test_xdmf_has_all_fields_at_the_nodes_of_the_mesh(cell, folder):
 @pytest.mark.parametrize("cell, degree", [("triangle", 2), ("tetrahedron", 1)])
 def test_vtk_has_all_fields_at_all_nodes(cell, degree, folder):
     problem, functions = pressed_in(cell, degree)
-    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
     compare(from_vtk(folder), functions, len)
 
@@ -107,7 +107,7 @@ def test_vtk_has_all_fields_at_all_nodes(cell, degree, folder):
 def test_readers_of_python_know_the_version(cell, degree, version, folder):
     """That of meshio, but where the order of nodes is of a later one."""
     problem, functions = pressed_in(cell, degree)
-    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
     files = list(folder.rglob("*.vtu"))
     assert len(files) == COMM.size
@@ -119,7 +119,7 @@ def test_readers_of_python_know_the_version(cell, degree, version, folder):
 def test_meshio_reads_all_fields(cell, degree, folder):
     meshio = pytest.importorskip("meshio")
     problem, functions = pressed_in(cell, degree)
-    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     read = meshio.read(*folder.rglob("*.vtu"))
     places = [tuple(x) for x in np.round(read.points, 9) + 0.0]
     found = {}
@@ -133,7 +133,7 @@ def test_meshio_reads_all_fields(cell, degree, folder):
 def test_fields_of_two_degrees_are_written_at_the_finer_nodes(folder):
     """3D: the multiplier has degree 1, the displacement 2; linear in between."""
     problem, functions = pressed_in("tetrahedron", 2)
-    compat.write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
+    write_vtk(folder / "out.pvd", problem.u.function_space.mesh, functions)
     COMM.barrier()
     read = from_vtk(folder)
     assert {len(values) for values in read.values()} == {len(at_nodes(problem.u))}
@@ -165,7 +165,7 @@ def test_vtx_has_all_fields_at_all_nodes(cell, degree, tmp_path):
 
     path = COMM.bcast(tmp_path) / "out.bp"
     problem, functions = pressed_in(cell, degree)
-    written = compat.of_one_degree(functions)
+    written = of_one_degree(functions)
     with VTXWriter(COMM, path, written) as file:
         file.write(0.5)
     COMM.barrier()
@@ -184,4 +184,4 @@ def test_vtk_into_no_folder_is_reported(folder):
     problem, functions = pressed_in("triangle")
     path = folder / "nowhere" / "out.pvd"
     with pytest.raises(ContactError, match="nowhere/out.pvd cannot be written"):
-        compat.write_vtk(path, problem.u.function_space.mesh, functions)
+        write_vtk(path, problem.u.function_space.mesh, functions)

@@ -15,6 +15,7 @@ from written import arrays, at_nodes
 
 from raymortar import ContactError, Coulomb, LoadSteps, Penalty, SNESSolver, Tie
 from raymortar.core import compat
+from raymortar.io import write_vtk
 from raymortar.paths import Output
 
 pytestmark = pytest.mark.mpi
@@ -164,15 +165,15 @@ def test_next_call_of_the_writer_adds_to_the_series(folder):
     exact = []
     for k in range(12):
         u.x.array[:] = k + 1.0
-        compat.write_vtk(path, mesh, [u], 0.1 * k, append=k > 0)
+        write_vtk(path, mesh, [u], 0.1 * k, append=k > 0)
         exact.append(at_nodes(u))
     series = entries(path)
     assert [time for time, _, _ in series] == [0.1 * k for k in range(12)]
     for (_, _, file), u_then in zip(series, exact):
         assert_holds(fields(file)[u.name], u_then)
     # One that is not there is begun; without asking, a series is begun anew
-    compat.write_vtk(folder / "v.pvd", mesh, [u], 3.0, append=True)
-    compat.write_vtk(path, mesh, [u], 4.0)
+    write_vtk(folder / "v.pvd", mesh, [u], 3.0, append=True)
+    write_vtk(path, mesh, [u], 4.0)
     assert [entries(folder / f)[0][0] for f in ("v.pvd", "u.pvd")] == [3.0, 4.0]
     assert len(entries(path)) == 1
     leftovers = {p.name for p in folder.glob("*.pvd*")}
@@ -340,4 +341,4 @@ def test_a_broken_series_is_reported(folder):
         path.write_text("<VTKFile><Collection>")
     COMM.barrier()
     with pytest.raises(ContactError, match="run.pvd cannot be read"):
-        compat.write_vtk(path, problem.scene.mesh, [problem.u], append=True)
+        write_vtk(path, problem.scene.mesh, [problem.u], append=True)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .generation import Array
+from ..core.compat import Array
 
 Numbers = npt.NDArray[np.int64]
 

@@ -14,7 +14,6 @@ from mpi4py import MPI
 from dolfinx.fem import Function
 
 from ..core import compat
-from ..core.compat.files import Entry, folder_of, read_collection, write_collection
 from ..core.discretization.joined import parts_of
 from ..core.errors import (
     ContactError,
@@ -29,6 +28,14 @@ from ..core.errors import (
 from ..core.finding import Finding
 from ..core.problem import CoupledProblem
 from ..core.solvers.solver import require_problem
+from ..io.writers import (
+    Entry,
+    folder_of,
+    read_collection,
+    write_collection,
+    write_vtk,
+    write_xdmf,
+)
 from ..results.sums import Statistics
 
 # The last resort, as it is reported
@@ -266,11 +273,11 @@ class Output:
         for k, (part, fields) in enumerate(zip(self._parts, self._fields())):
             mesh, append = part.function_space.mesh, self.steps > 0
             if self.path.suffix == ".pvd":
-                compat.write_vtk(self.path, mesh, fields, time, append or k > 0, k)
+                write_vtk(self.path, mesh, fields, time, append or k > 0, k)
             else:
                 end = f"_mesh{k}" if k else ""
                 file = self.path.with_name(f"{self.path.stem}{end}.xdmf")
-                compat.write_xdmf(file, mesh, fields, time, append)
+                write_xdmf(file, mesh, fields, time, append)
         if self.segments:
             self._write_segments(time)
         self.steps += 1

@@ -40,7 +40,7 @@ from .patch_columns import (
     patch_columns,
     torque_columns,
 )
-from .records import checked, numbers, present_name, read_records
+from .rows import checked, numbers, present_name, read_records
 
 # First words of columns that `symmetry` multiplies: sums over the model
 _SUMS = (
@@ -117,8 +117,10 @@ class History:
           pairs and surfaces, as forces are; ``work_<name>`` (`works`): so far, by the mean
           of each step's forces at each node;
         - ``energy``; with friction ``friction_work``: what friction has taken so far,
-          `Contact.friction_work`; of a penalty ``stored_normal``, of its friction and of
-          elastic slip ``stored_tangential``. Their sum is the loads' work, but for steps.
+          `Contact.friction_work`; of a penalty ``stored_normal``, of its friction and
+          of elastic slip ``stored_tangential``: `Contact.stored_energy`; with adhesion
+          ``adhesion_work``, what damage has taken so far, and ``stored_adhesion``. The
+          work of the loads is the sum of these columns, to the error of the steps.
     rows
         The records, with these names as attributes.
 

@@ -9,6 +9,7 @@ from gathered import concatenated
 from problems import COMM
 
 from raymortar.core import compat, errors
+from raymortar.io import read_gmsh
 from raymortar.io.partitions import columns
 
 pytestmark = pytest.mark.mpi
@@ -42,7 +43,7 @@ def test_read_gmsh(from_file, tmp_path):
             source = tmp_path / "square.msh"
             gmsh.write(str(source))
             gmsh.finalize()
-    read = compat.read_gmsh(source, COMM, gdim=2)
+    read = read_gmsh(source, COMM, gdim=2)
     if COMM.rank == 0 and not from_file:
         gmsh.finalize()
     assert read.names == {"body": (2, 5), "skin": (1, 8)}
@@ -92,7 +93,7 @@ def test_nodes_may_be_numbered_with_holes(partition, from_file, tmp_path):
             source = tmp_path / "crack.msh"
             gmsh.write(str(source))
             gmsh.finalize()
-    read = compat.read_gmsh(source, COMM, gdim=2, partition=partition)
+    read = read_gmsh(source, COMM, gdim=2, partition=partition)
     if COMM.rank == 0 and not from_file:
         # The caller knows nodes by these numbers
         assert np.array_equal(np.sort(gmsh.model.mesh.getNodes()[0]), np.sort(before))
@@ -143,8 +144,8 @@ def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
     source = gmsh.model if COMM.rank == 0 else None
     # Looked at where the model is
     given = partition if COMM.rank == 0 else None
-    read = compat.read_gmsh(source, COMM, gdim=2, partition=given)
-    whole = compat.read_gmsh(source, COMM, gdim=2)
+    read = read_gmsh(source, COMM, gdim=2, partition=given)
+    whole = read_gmsh(source, COMM, gdim=2)
     if COMM.rank == 0:
         gmsh.finalize()
     x = midpoints(read.mesh)
@@ -166,7 +167,7 @@ def test_a_partition_says_where_cells_of_a_gmsh_model_go(order, recombined):
 
 def test_a_flat_mesh_in_space_takes_a_partition():
     path = Path(__file__).parents[3] / "meshes" / "two_blocks_2d.msh"
-    read = compat.read_gmsh(path, COMM, partition=columns((0.0, 1.0, 0.0)))
+    read = read_gmsh(path, COMM, partition=columns((0.0, 1.0, 0.0)))
     assert read.mesh.geometry.dim == 3
     counts = COMM.allgather(read.mesh.topology.index_map(2).size_local)
     assert max(counts) - min(counts) <= 1
@@ -192,13 +193,13 @@ def test_wrong_partitions_are_refused_everywhere(partition, error, message, tmp_
         gmsh.write(str(path))
         gmsh.finalize()
     with pytest.raises(error, match=message):
-        compat.read_gmsh(path, COMM, gdim=2, partition=partition)
+        read_gmsh(path, COMM, gdim=2, partition=partition)
 
 
 def test_missing_gmsh_file_is_refused_everywhere(tmp_path):
     pytest.importorskip("gmsh")
     with pytest.raises(errors.ContactError, match="no Gmsh file .*none.msh"):
-        compat.read_gmsh(tmp_path / "none.msh", COMM, gdim=2)
+        read_gmsh(tmp_path / "none.msh", COMM, gdim=2)
 
 
 def gmsh_halves(gmsh):
@@ -225,7 +226,7 @@ def test_unreadable_gmsh_models_are_refused_everywhere(fill_model, pattern):
         gmsh.model.add("bad")
         fill_model(gmsh)
     with pytest.raises(errors.ContactError, match=pattern):
-        compat.read_gmsh(gmsh.model, COMM, gdim=2)
+        read_gmsh(gmsh.model, COMM, gdim=2)
     if COMM.rank == 0:
         gmsh.finalize()
 
@@ -287,6 +288,6 @@ def test_facets_of_no_cell_are_refused_everywhere(fill_model, dim, said):
         gmsh.initialize(["", "-v", "1"])
         fill_model(gmsh)
     with pytest.raises(errors.ContactError, match=said):
-        compat.read_gmsh(gmsh.model, COMM, gdim=dim)
+        read_gmsh(gmsh.model, COMM, gdim=dim)
     if COMM.rank == 0:
         gmsh.finalize()

@@ -15,7 +15,7 @@ from problems import COMM, worst
 from raymortar import AugmentedLagrangian, Checkpoint, ContactError
 from raymortar.core import compat
 from raymortar.io.partitions import strips
-from raymortar.paths.tables import MARK
+from raymortar.records.tables import MARK
 
 pytestmark = pytest.mark.mpi
 

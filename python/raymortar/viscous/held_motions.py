@@ -13,12 +13,10 @@ from ..core.errors import ConvergenceError, warn
 from ..core.interface.zone_data import mean_facet_size
 from ..core.solvers.solver import temporarily
 from ..core.state import State
-from ..diagnose.failure import attempt
+from ..diagnose.failure import attempt, iterations_of
 from ..diagnose.lost_contact import motion_in_words
 from .approach import Approach
-from .budget import GAIN, MOST_IDLE, Budget
-from .prediction import Backoff
-from .soft_start import iterations_of
+from .budget import GAIN, MOST_IDLE, Backoff, Budget
 from .viscosity import Viscosity
 
 # Largest motion of loose bodies in one solve, in sizes of slave facets. Contact is

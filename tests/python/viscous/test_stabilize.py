@@ -120,7 +120,7 @@ def test_a_held_press_does_not_pass_what_is_loose():
 
 @pytest.mark.mpi
 def test_a_body_over_nothing_falls_for_ever_and_says_so(monkeypatch):
-    monkeypatch.setattr("raymortar.paths.stabilization.MOST", 8)
+    monkeypatch.setattr("raymortar.viscous.stabilization.MOST", 8)
     problem, steps, _ = resting("triangle", 50.0, stabilize=True, max_halvings=0)
     before = problem.contact.u.x.array.copy()
     with pytest.raises(ConvergenceError, match="a body that nothing holds"):

@@ -13,8 +13,8 @@ import dolfinx
 import dolfinx.io
 from dolfinx import fem
 
-from ..errors import ContactError, described, together, writing
-from .meshes import cell_name, element_info, geometry_degree, space
+from ..core.compat import cell_name, element_info, geometry_degree, space
+from ..core.errors import ContactError, described, together, writing
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:

@@ -1,0 +1,140 @@
+"""Strategies: soft start, small gamma, viscous forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+from ..core.solvers.newton import SNESSolver
+from ..diagnose.failure import FAILURES, iterations_of
+from ..viscous.stabilization import Stabilization
+from .as_given import AsGiven
+from .load_path import PrescribedPath
+from .prediction import Lessons
+from .soft_start import lend_tenths, set_gammas, solve_by_small_gamma, with_line_search
+from .strategy import SMALL_GAMMA, SOFT, VISCOUS, Strategy, is_curable
+
+
+class SoftStep(Strategy):
+    """The solver as it was given, from a soft start."""
+
+    name = SOFT
+
+    def __init__(self, as_given: AsGiven) -> None:
+        self._as_given = as_given
+
+    def is_of_use(self) -> bool:
+        return self._as_given.plain.may_start_softly()
+
+    def solve(self, first: bool) -> int:
+        """Solve for as long as the plain solver may."""
+        with self._as_given.more_iterations():
+            return self._as_given.plain.start_softly()
+
+
+class SmallGamma(Strategy):
+    """A tenth of gamma, then gamma, both by a line search. It goes first where that
+    solved the last steps."""
+
+    name = SMALL_GAMMA
+
+    def __init__(self, solver: Any, lessons: Lessons) -> None:
+        self._solver, self._lessons = solver, lessons
+        # Coefficients before each reduction that stays; the path's end restores the first
+        self.given: list[list[Any]] = []
+
+    @cached_property
+    def _searching(self) -> SNESSolver | None:
+        return with_line_search(self._solver)
+
+    def goes_first(self) -> bool:
+        return self._lessons.first() == self.name
+
+    def solve(self, first: bool = False) -> int:
+        """Solve both; where the second solve fails, the tenth may stay."""
+        return solve_by_small_gamma(self._searching or self._solver, self.given)
+
+    def give_back(self, kept: int) -> None:
+        """Undo reductions of gamma beyond a number of them. Collective."""
+        if len(self.given) > kept:
+            set_gammas(self._solver.problem.contact.contacts, self.given[kept])
+            del self.given[kept:]
+
+    def remember(self) -> list[float]:
+        return [len(self.given)]
+
+    def recall(self, numbers: Iterator[float]) -> None:
+        tenths = range(int(next(numbers)))
+        self.given = [lend_tenths(self._solver.problem) for _ in tenths]
+
+
+class HeldBody(Strategy):
+    """A motion held by viscous forces on one cell, where they have caught a body."""
+
+    name = VISCOUS
+
+    def __init__(self, forces: Stabilization) -> None:
+        self._forces = forces
+
+    def is_of_use(self) -> bool:
+        return self._forces.has_caught
+
+    def solve(self, first: bool) -> int | None:
+        return self._forces.hold()
+
+
+class FadingForces(Strategy):
+    """Viscous forces that fade. They go first where nothing else holds a body.
+
+    As many points close at once on the way of a body that is caught, each of their
+    solves may go by a small gamma then, where there is such a way.
+    """
+
+    name = VISCOUS
+
+    def __init__(
+        self,
+        forces: Stabilization | None,
+        path: PrescribedPath,
+        small_gamma: SmallGamma | None,
+    ) -> None:
+        self.forces, self._path, self._small_gamma = forces, path, small_gamma
+
+    def goes_first(self) -> bool:
+        return self.forces is not None and self.forces.is_needed()
+
+    def is_of_use(self) -> bool:
+        return self.forces is not None and self.forces.is_of_use()
+
+    def solve(self, first: bool) -> int | None:
+        if self.forces is None:
+            return None
+        return self.forces.solve(self._each if first else None)
+
+    def _each(self) -> int:
+        """Solve once, if need be by a small gamma."""
+        solver, sizes = self._path.solver, self._path.sizes
+        contact = solver.problem.contact
+        now = contact.state()
+        try:
+            return iterations_of(solver)
+        except FAILURES as failure:
+            is_lost = not is_curable(failure, solver, sizes.is_smallest)
+            if self._small_gamma is None or is_lost:
+                raise
+        contact.restore(now)
+        return self._small_gamma.solve()
+
+    def accepted(self) -> None:
+        if self.forces is not None:
+            self.forces.accepted()
+
+    def remember(self) -> list[float]:
+        forces = self.forces
+        return [forces.has_caught, forces.work] if forces else [0.0, 0.0]
+
+    def recall(self, numbers: Iterator[float]) -> None:
+        has_caught, work = next(numbers), next(numbers)
+        if self.forces is not None and (has_caught or work):
+            self.forces.has_caught, self.forces.work = has_caught > 0.0, work
