@@ -53,6 +53,10 @@ class _Alone:
             body_rows={one: np.arange(len(one.freedom))},
         )  # fmt: skip
 
+    @property
+    def system(self):
+        return self
+
     def create_vector(self):
         found = PETSc.Vec().createSeq(len(self._one.freedom))
         found.set(0.0)
