@@ -114,9 +114,9 @@ std::vector<FrictionLaw> laws_at(const typename K::State& s, double share)
   const double q = K::trial(s);
   const double p = K::evaluate(s).p;
   // The disc of elastic slip has the same radius
-  const double elastic = (K::M > 0 ? 0.4 : 1.0) * share * q / gamma_;
+  const double reach = (K::M > 0 ? 0.4 : 1.0) * share * q / gamma_;
   return {Coulomb{-share * q / p}, Tresca{share * q},
-          Coulomb{-0.6 * share * q / p, elastic}};
+          Coulomb{-0.6 * share * q / p, reach}};
 }
 
 template <class K>
