@@ -165,6 +165,11 @@ def move_nodes(mesh, by):
     return field
 
 
+def law(mu, p):
+    """Law of friction of a coefficient; one that is given, or none, stays."""
+    return raymortar.Coulomb(mu + p.friction) if isinstance(mu, float) else mu
+
+
 def blocks(
     cell="triangle", method="points", mu=None, p=None, n=(5, 4), degree=1, comm=COMM,
     **more,
@@ -184,7 +189,7 @@ def blocks(
     moved = move_nodes(mesh, p.shape)
     V = compat.vector_space(mesh, degree)
     u = fem.Function(V)
-    friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
+    friction = law(mu, p)
     more.setdefault("quadrature_degree", 4)
     contact = Contact(
         u, scene.facet_tags, [(3, 4)], p.method(method), friction,
@@ -232,7 +237,7 @@ def tool(cell="triangle", method="points", mu=None, p=None, n=5, shape=None, deg
     else:
         made = rigid.Sphere(at, radius)
     body = rigid.Body(made, centre=(centre + p.place)[:dim])
-    friction = None if mu is None else raymortar.Coulomb(mu + p.friction)
+    friction = law(mu, p)
     contact = Contact(
         u, tags, [(1, body)], p.method(method), friction,
         offset=lambda x: clearance + p.offset * offset_field(x), **more,

@@ -195,11 +195,16 @@ class Tape:
         """Raise where a step hands on more than positions. Collective."""
         message = None
         for one in self.problem.contact.contacts:
+            spoken = " and ".join(zone.facets.spoken for zone in one.zones)
             if getattr(one.friction, "elastic_slip", 0.0) > 0.0:
-                spoken = " and ".join(zone.facets.spoken for zone in one.zones)
                 message = (
                     f"Tape: elastic_slip of {spoken} is kept from step to step, which "
                     "has no derivative here: leave it out of Coulomb"
+                )
+            if "slip" in getattr(one.friction, "arguments", ()):
+                message = (
+                    f"Tape: the bound of friction of {spoken} depends on the slip of "
+                    "all steps, which has no derivative here: leave out the argument slip"
                 )
         for zone in self.problem.contact.zones:
             held, points = zone.traction_old, zone.spring_points

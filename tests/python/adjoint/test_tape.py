@@ -10,7 +10,7 @@ from adjoints import Parameters, along, blocks, tool
 from problems import COMM
 from test_gradients import STEPS
 
-from raymortar import ContactError, LoadSteps, adjoint
+from raymortar import ContactError, Coulomb, Friction, LoadSteps, adjoint
 from raymortar.core.errors import SetUpError
 from raymortar.core.interface.point_results import Status
 
@@ -202,6 +202,27 @@ def test_lags_are_refused():
     scene.solve((0.02, -0.05))
     scene.contact.advance()
     with pytest.raises(SetUpError, match="hands on lengths"):
+        tape.record()
+
+
+@pytest.mark.parametrize(
+    "friction, text",
+    [
+        (Coulomb(0.25, elastic_slip=1e-3), "elastic_slip of .* is kept"),
+        (
+            Friction(lambda p, v, slip: 0.25 * p / (1.0 + slip)),
+            "depends on the slip of all steps",
+        ),
+    ],
+    ids=["elastic", "softening"],
+)
+def test_lengths_that_a_law_keeps_are_refused(friction, text):
+    """Elastic slip, and the slip of all steps that a user's bound depends on."""
+    scene = tool(method="nodes", mu=friction)
+    tape = adjoint.Tape(scene.problem)
+    scene.solve((0.02, -0.05))
+    scene.contact.advance()
+    with pytest.raises(SetUpError, match=text):
         tape.record()
 
 
