@@ -25,6 +25,7 @@ from raymortar import (
     CondensedProblem,
     Contact,
     ContactError,
+    Coulomb,
     NewtonSolver,
     SNESSolver,
     rigid,
@@ -72,6 +73,24 @@ def test_condensed_is_uncondensed(cell, degree, mu, overhang):
     # Quadratic: once the set of closed nodes stays, the order is two
     last = np.array(norms[-1])
     assert last[-1] <= 1e-9 * last[0] and len(last) <= 9, last
+
+
+@pytest.mark.parametrize("cell, degree", [("triangle", 1), ("tetrahedron", 1)])
+def test_elastic_slip_condensed(cell, degree):
+    """The same steps and order two where friction gives a part of the slip back."""
+    law = Coulomb(0.3, elastic_slip=0.01)
+    one, other = (pressed(cell, degree, law=law, overhang=0.3) for _ in range(2))
+    solver = SNESSolver(one.coupled())
+    solver.snes.setTolerances(rtol=1e-13)
+    expected = path(one, solver.solve)
+    condensed, norms = other.condensed(), []
+    found = path(other, lambda: norms.append(newton(condensed)))
+    for (u, lam), (u_known, lam_known) in zip(found, expected):
+        np.testing.assert_allclose(u, u_known, atol=1e-11)
+        size = np.abs(lam_known).max()
+        np.testing.assert_allclose(lam, lam_known, atol=1e-9 * size)
+    last = np.array(norms[-1])
+    assert last[-1] <= 1e-9 * last[0] and len(last) <= 9, norms
 
 
 def bent():

@@ -148,3 +148,48 @@ def test_inertia_applies_to_accelerations_of_a_scheme_of_ones_own():
     assert worst(force / (6.0 * volume) - 1.0) <= 1e-13
     with pytest.raises(raymortar.ContactError, match="a must be a Function"):
         inertia.apply(np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    "method",
+    [
+        AugmentedLagrangian(),
+        AugmentedLagrangian(condition="nodes"),
+        AugmentedLagrangian(condition="nodes", multiplier="dual"),
+        Penalty(),
+    ],
+    ids=["points", "nodes", "dual", "penalty"],
+)
+@pytest.mark.parametrize("scheme", [Newmark(), Midpoint()], ids=str)
+def test_a_block_swings_on_its_elastic_slip(method, scheme):
+    """A stiff block under pressure p on a plane: a mass rho h on a spring mu p / e for
+    each area, which steps of these schemes turn by 2 atan(omega dt / 2)."""
+    rho, h, p, mu, e, count = 2.0, 0.2, 3.0, 0.4, 0.05, 40
+    scene = moving.bars(n=2, length=h, width=1.0, heads=4, lower=False)
+    energy, residual = moving.elastic(scene, E=1e6)
+    ds = ufl.Measure("ds", subdomain_data=scene.facets)
+    residual += p * scene.v[1] * ds(moving.HEAD)
+    floor = raymortar.rigid.Plane((0.0, 0.0), (0.0, 1.0))
+    law = Coulomb(mu, elastic_slip=e)
+    contact = Contact(scene.u, scene.facets, [(moving.SLAVE, floor)], method, law)
+    problem = raymortar.NonlinearProblem(residual, contact)
+    problem.solve()
+    contact.advance()
+    omega = np.sqrt(mu * p / (rho * h * e))
+    start = fem.Function(scene.V)
+    speed = 0.3 * e * omega
+    start.interpolate(lambda x: np.array([speed + 0.0 * x[0], 0.0 * x[0]]))
+    form = rho * ufl.inner(scene.a, scene.v) * ufl.dx
+    dt = 2.0 * np.pi / omega / count
+    found = moving.run(
+        scene, problem, dynamics.Inertia(form, contact), energy=energy, end=count * dt,
+        dt=dt, scheme=scheme, velocity=start,
+    )  # fmt: skip
+    turned = 2.0 * np.arctan(0.5 * omega * dt) * np.arange(1, count + 1)
+    velocity = found.history["momentum_x"] / (rho * h)
+    assert worst(velocity / speed - np.cos(turned)) <= 1e-3
+    if scheme == Newmark():  # contact belongs to the ends of steps
+        force = found.history["force_0_x"] / (mu * p * 0.3)
+        assert worst(np.abs(force) - np.abs(np.sin(turned))) <= 1e-3
+        whole = 0.5 * rho * h * velocity**2 + found.history["stored_tangential"]
+        assert worst(whole / (0.5 * rho * h * speed**2) - 1.0) <= 1e-3
