@@ -6,6 +6,8 @@
 #include "raymortar/element/segment_target.h"
 #include "raymortar/element/taylor_gradient.h"
 
+#include <utility>
+
 namespace raymortar
 {
 /// @brief Derivative of an element's residual through the vertices of its
@@ -73,15 +75,23 @@ private:
   /// @param[in] motion (T, columns), out Where the block's rows begin
   template <class Motion>
   static void add_product(const Sum& sum, int first, int last,
-                          const Motion& motion, double* out, int width)
+                          const Motion& motion, double* __restrict out,
+                          int width)
   {
-    const auto columns = static_cast<int>(motion.cols());
-    for (int r = first; r < last; ++r, out += width)
-      for (int t = 0; t < T; ++t)
+    const auto columns = static_cast<std::size_t>(motion.cols());
+    Sum rows; // one after the other, so that loops over columns are vectors
+    for (std::size_t t = 0; t < T; ++t)
+      for (std::size_t k = 0; k < columns; ++k)
+        rows[t][k] =
+            motion(static_cast<Eigen::Index>(t), static_cast<Eigen::Index>(k));
+    for (auto r = static_cast<std::size_t>(first); std::cmp_less(r, last);
+         ++r, out += width)
+      for (std::size_t k = 0; k < columns; ++k)
       {
-        const double by = sum[std::size_t(t)][std::size_t(r)];
-        for (int k = 0; k < columns; ++k)
-          out[k] += by * motion(t, k);
+        double change = sum[0][r] * rows[0][k];
+        if constexpr (T == 2)
+          change += sum[1][r] * rows[1][k];
+        out[k] += change;
       }
   }
 
