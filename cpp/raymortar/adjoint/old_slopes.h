@@ -1,4 +1,5 @@
-// How slip and springs at a point vary with the positions of the accepted step.
+// Variations of slip and springs at a point by the positions of the accepted
+// step.
 #pragma once
 
 #include "raymortar/element/any_blocks.h"

@@ -1,4 +1,4 @@
-// What the residual of contact depends on besides the unknowns, for
+// Parameters of the residual of contact, which are no unknowns: for
 // sensitivities.
 #pragma once
 

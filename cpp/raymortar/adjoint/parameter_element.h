@@ -43,7 +43,7 @@ public:
   }
 
 protected:
-  /// What is known of a point
+  /// A point with its data
   struct Point
   {
     const Data& e;
@@ -244,7 +244,7 @@ protected:
     }
   }
 
-  /// What the motions of a tool do to quantities of a tangent
+  /// Rows by the motions of a tool, from rows by displacements
   template <int R>
   [[nodiscard]] TaylorRows<R, D> moved(const TaylorRows<R, D>& by,
                                        const Point& here) const

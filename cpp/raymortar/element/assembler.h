@@ -107,8 +107,8 @@ struct ContactState
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of
   /// width gdim; empty: none
   FacetField traction_old;
-  /// What that lacks at points; with a multiplier elastic slip there, or at the
-  /// nodes of each facet; empty: nothing
+  /// The rest of traction_old at points. With a multiplier: elastic slip at
+  /// points, or at the nodes of each facet. Empty: nothing
   SpringPoints spring_points;
   Segmentation segmentation;
   SegmentRules segment_rules;

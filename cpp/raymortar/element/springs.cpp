@@ -57,7 +57,7 @@ public:
   }
 
 private:
-  /// What springs hold at the points
+  /// Vectors of the springs at the points
   [[nodiscard]] const std::vector<double>& held_at_points() const
   {
     return _results.elastic_slip.empty() ? _results.friction

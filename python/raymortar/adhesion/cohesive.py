@@ -36,8 +36,8 @@ class Cohesive(Options, Adhesion):
 
     Surfaces that lie on each other undeformed are bonded. The traction rises to the
     strength and falls to zero; the area below is the toughness. Damage stays: unloading
-    goes along the secant [theory (4.46)-(4.50)]. Compression and friction are those of
-    the contact, before and after separation.
+    goes along the secant [theory (4.46)-(4.50)]. The contact adds
+    compression and friction, before and after separation.
 
     Attributes
     ----------

@@ -29,7 +29,7 @@ _told: WeakKeyDictionary[Any, set[str]] = WeakKeyDictionary()
 def gradient(J: Any, problem: Any, controls: Any) -> Any:
     """Differentiate a functional at the present state of a problem. Collective.
 
-    The state is that of a solve, before ``contact.advance()``. One transposed solve
+    Call it after a solve and before ``contact.advance()``. One transposed solve
     gives the derivatives by all controls: dJ/dm = J_m - lam^T F_m [theory (8.3)].
 
     Parameters

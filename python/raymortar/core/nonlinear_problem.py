@@ -64,8 +64,8 @@ class NonlinearProblem(CoupledProblem):
     constraints
         Linear constraints between unknowns, as of periodic cells: a finalized
         ``dolfinx_mpc.MultiPointConstraint``, or a sparse matrix T over the dofs of the
-        displacement, u = T u, in DOLFINx's order, whose rows are those of the identity
-        but for slaves. Slave nodes of contact that are slaves of constraints need
+        displacement, u = T u, in DOLFINx's order. Rows of slaves have the coefficients
+        of their masters, the others are rows of the identity. Slave nodes of contact that are slaves of constraints need
         masters that are slave nodes of the same contact.
 
     Attributes

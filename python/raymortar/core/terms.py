@@ -117,7 +117,7 @@ class Adhesion:
     def bond(
         self, contact: Any, u: Any, facet_tags: Any, pairs: Any, names: Any
     ) -> Any:
-        """Make the term that holds them together. The arguments are those of the contact.
+        """Make the term that holds them together, from the contact's arguments.
         Collective."""
         raise NotImplementedError
 

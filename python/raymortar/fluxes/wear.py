@@ -39,7 +39,7 @@ from .anderson import Anderson
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
-# The same above which nobody can have repeated the solves of an accepted step
+# Changes above this tell that no solver has repeated the solves of an accepted step
 SETTLED = 0.01
 # Most solves of an implicit step after the first, below those of a solver
 MOST_REPEATS = 18

@@ -264,8 +264,8 @@ class LoadSteps:
                 if timed and path.next != path.factor:
                     one.dt = abs(path.next - path.factor)
             self._begin_step()
-            # What `apply` sets of the state, such as the lock of a bolt, is of this step:
-            # its solves begin with it, and a halved step goes back before it
+            # `apply` may change the state, as the lock of a bolt does, within this step:
+            # its solves begin with that, and a halved step goes back before it
             now = contact.state()
             with ExitStack() as seen:
                 try:

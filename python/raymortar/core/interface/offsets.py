@@ -26,7 +26,7 @@ from .zone_data import ZoneData, mean_facet_size
 _ROUNDING = 1e-6
 # Change of a gap, over the mean size of facets, from which on gaps are closed
 CLOSED_WITHIN = 1e-4
-# The same above which nobody can have repeated the solves of an accepted step
+# Gaps above this tell that no solver has repeated the solves of an accepted step
 OPEN_WITHIN = 1e-3
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
