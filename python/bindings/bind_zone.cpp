@@ -116,12 +116,12 @@ py::array_t<Index> master_bodies(const Zone& z)
 }
 
 /// Points within the master that are too deep for contact, by number
-py::array_t<Index> penetrating_points(const Zone& z)
+py::array_t<Index> penetrating_points(const Zone& z, const Tool* body)
 {
   const ContactState& s = z.state();
   return to_array(s.has_tools()
                       ? find_points_inside_tools(s.slave, s.tools, s.points,
-                                                 s.hits, z.distances())
+                                                 s.hits, z.distances(), body)
                       : find_penetrating_points(
                             s.slave, s.master, s.points, s.hits, z.distances(),
                             z.interface().pipeline().filter()));
@@ -346,7 +346,8 @@ void bind_zone(py::module_& m)
       .def("nodes", &nodes)
       .def("faced", &faced)
       .def("master_bodies", &master_bodies)
-      .def("penetrating_points", &penetrating_points)
+      .def("penetrating_points", &penetrating_points,
+           py::arg("body") = py::none())
       .def("segments", &segments)
       .def("pairs", &pairs)
       .def("free_points",

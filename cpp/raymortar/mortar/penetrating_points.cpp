@@ -41,7 +41,11 @@ namespace
 class ToolProbe
 {
 public:
-  ToolProbe(std::span<const PlacedTool> tools) : _tools(tools) {}
+  /// @param[in] body Solid within the slave's surface, null: not known
+  ToolProbe(std::span<const PlacedTool> tools, const Tool* body)
+      : _tools(tools), _body(body)
+  {
+  }
 
   [[nodiscard]] bool is_inside(const Vec<3>& x) const
   {
@@ -50,21 +54,40 @@ public:
                        { return one.tool->distance(one.now.origin(x)) < 0.0; });
   }
 
-  /// Whether a ray enters a tool within a length
+  /// Whether a ray into the slave's body enters a tool there, within a length
   [[nodiscard]] bool meets(const ToolRay& ray, double length) const
   {
     return std::any_of(_tools.begin(), _tools.end(),
                        [&](const PlacedTool& one)
                        {
-                         const ToolRay own = ray_from(one, ray);
-                         ToolHit hit;
-                         one.tool->cast({&own, 1}, {&hit, 1});
-                         return hit.found and hit.g >= 0.0 and hit.g <= length;
+                         const ToolHit hit =
+                             hit_on(*one.tool, ray_from(one, ray));
+                         return hit.found and hit.g >= 0.0 and
+                                hit.g <= length and is_in_body(ray, hit.g);
                        });
   }
 
 private:
+  static ToolHit hit_on(const Tool& tool, const ToolRay& ray)
+  {
+    ToolHit hit;
+    tool.cast({&ray, 1}, {&hit, 1});
+    return hit;
+  }
+
+  /// Whether the body goes on behind a place on a ray into it, as far as the
+  /// ray has come. What is beyond the body's back, or nearer to the back than
+  /// to the ray's origin, is in contact with the back
+  [[nodiscard]] bool is_in_body(const ToolRay& ray, double g) const
+  {
+    if (_body == nullptr)
+      return true;
+    const ToolHit back = hit_on(*_body, {ray.x + g * ray.n, -ray.n});
+    return not back.found or -back.g >= g;
+  }
+
   std::span<const PlacedTool> _tools;
+  const Tool* _body;
 };
 
 template <class F>
@@ -114,9 +137,10 @@ std::vector<Index> find_points_inside_tools(const Surface& slave,
                                             std::span<const PlacedTool> tools,
                                             const IntegrationPoints& points,
                                             const Hits& hits,
-                                            const FacetDistances& range)
+                                            const FacetDistances& range,
+                                            const Tool* body)
 {
-  const ToolProbe probe(tools);
+  const ToolProbe probe(tools, body);
   std::vector<Index> penetrating;
   const auto find = [&]<class F>(F)
   {

@@ -24,9 +24,11 @@ find_penetrating_points(const Surface& slave, const Surface& master,
 /// @brief Points that a tool has passed: those of facets that are inside one
 /// throughout, and that no ray of theirs has led there; and those with a tool
 /// behind them, within half of their own body's thickness.
-[[nodiscard]] std::vector<Index>
-find_points_inside_tools(const Surface& slave,
-                         std::span<const PlacedTool> tools,
-                         const IntegrationPoints& points, const Hits& hits,
-                         const FacetDistances& range);
+/// @param[in] body The slave's surface on all ranks as a solid, where it is
+/// now. Rays into it may leave it at its back before they meet a tool. Null:
+/// not known, and no ray does
+[[nodiscard]] std::vector<Index> find_points_inside_tools(
+    const Surface& slave, std::span<const PlacedTool> tools,
+    const IntegrationPoints& points, const Hits& hits,
+    const FacetDistances& range, const Tool* body = nullptr);
 } // namespace raymortar

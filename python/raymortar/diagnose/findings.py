@@ -22,6 +22,7 @@ from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
+from .passed_points import passed_points
 from .rigid_slaves import distance_ratio
 from .sliding import sliding_bodies
 from .straight_facets import ALLOWED, CURVED
@@ -69,7 +70,7 @@ def findings(
     yield from inverted_cells(contact)
     names = pair_names(contact)
     depth, pair, place, text = _worst(
-        contact, (_unseen(z, names[id(z)]) for z in contact.zones)
+        contact, (_unseen(z, contact, names[id(z)]) for z in contact.zones)
     )
     if depth > 0.0:
         remedy = "Take smaller steps, or a larger depth in Search"
@@ -172,9 +173,9 @@ def _pressed(zone: ZoneData, pair: str) -> Worst:
     return float(share[k]), pair, place, f"{text}, {share[k]:.2g} of its facet"
 
 
-def _unseen(zone: ZoneData, pair: str) -> Worst:
-    """Find the depth of the deepest point that is too deep for contact."""
-    penetrating, points = zone.cpp.penetrating_points(), zone.points()
+def _unseen(zone: ZoneData, contact: Interaction, pair: str) -> Worst:
+    """Find the depth of the deepest point that is too deep for contact. Collective."""
+    penetrating, points = passed_points(zone, contact), zone.points()
     if not len(penetrating):
         return NOTHING
     q = penetrating[np.argmin(points["gap"][penetrating])]

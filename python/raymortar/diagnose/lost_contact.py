@@ -21,6 +21,7 @@ from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import Path, ZoneData, path
 from ..core.problem import CoupledProblem
+from .passed_points import passed_points
 from .tools import have_gone_through
 
 # Value of a point's ``ray`` where the master is too deep, see `Contact.points`
@@ -99,7 +100,7 @@ def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
 
 def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
     """Tell of slave facets that a rigid body has passed; "" for none. Collective."""
-    facets = np.unique(zone.points()["slave"][zone.cpp.penetrating_points()])
+    facets = np.unique(zone.points()["slave"][passed_points(zone, contact)])
     count = contact.layout.comm.allreduce(len(facets))
     names = ", ".join(body.name for body in zone.facets.bodies)
     if count:
