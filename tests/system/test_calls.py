@@ -207,10 +207,25 @@ def test_nothing_is_assembled_before_it_is_paired(scene, method):
 def test_nothing_is_assembled_without_gamma(scene):
     c = contact(scene)
     c.update()
-    with refused("assemble_vector needs gamma: give one, or make a problem"):
+    text = "assemble_vector needs gamma: give one, or make a problem or create_matrix"
+    with refused(text):
         c.assemble_vector(c.create_vector())
     with refused("set_gamma needs a number or a Function, not None"):
         c.set_gamma(None)
+
+
+def test_a_vector_of_other_rows_is_not_taken(scene):
+    c = contact(scene)
+    other = PETSc.Vec().createMPI((c.layout.size + 1, None), comm=COMM)
+    with refused(f"from_vector needs {c.layout.size} rows on this rank"):
+        c.from_vector(other)
+
+
+def test_forces_before_a_start_are_refused_alone(scene, recwarn):
+    """And not with a warning that speaks of a start."""
+    with refused("there are no results yet"):
+        contact(scene).resultant()
+    assert not [w for w in recwarn if "solved yet" in str(w.message)]
 
 
 def test_nothing_is_read_before_there_is_anything(scene, folder):

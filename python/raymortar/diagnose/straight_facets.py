@@ -87,13 +87,13 @@ def look_at_straight_facets(surfaces: ContactSurfaces) -> None:
             comm.allreduce(some.min(initial=np.inf), op=MPI.MIN)
             for some in (offset[offset > 0.0], -offset[offset < 0.0])
         )
-        if most > ALLOWED * min(_distance(gaps), clearance, overlap):
-            zone.off_curve = most
         if most > ALLOWED * overlap:
             warn(
                 f"straight facets of {zone.facets.spoken} lie {most:.3e} off the curved "
                 f"surfaces, with an interference of {overlap:.3e}. {CURVED}"
             )
+        elif most > ALLOWED * min(_distance(gaps), clearance):
+            zone.off_curve = most
 
 
 def warn_of_turned_arcs(surfaces: ContactSurfaces) -> bool:

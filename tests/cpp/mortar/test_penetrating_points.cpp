@@ -33,17 +33,16 @@ Vec<2> section(double t)
 Surface dented_block(Shape shape)
 {
   const bool is_plane = shape == Shape::interval;
-  Surface s =
-      make_surface({shape, 1, 1, 48, not is_plane},
-                   [=](double s, double t)
-                   {
-                     const Vec<2> p =
-                         section(is_plane ? std::abs(2.0 * s - 1.0) : t);
-                     const double angle = 2.0 * std::numbers::pi * s;
-                     return is_plane ? Vec<3>(s < 0.5 ? -p[0] : p[0], 0.0, p[1])
-                                     : Vec<3>(p[0] * std::cos(angle),
-                                              p[0] * std::sin(angle), p[1]);
-                   });
+  Surface s = make_surface(
+      {shape, 1, 1, 48, not is_plane},
+      [=](double turn, double t)
+      {
+        const Vec<2> p = section(is_plane ? std::abs(2.0 * turn - 1.0) : t);
+        const double angle = 2.0 * std::numbers::pi * turn;
+        return is_plane ? Vec<3>(turn < 0.5 ? -p[0] : p[0], 0.0, p[1])
+                        : Vec<3>(p[0] * std::cos(angle), p[0] * std::sin(angle),
+                                 p[1]);
+      });
   s.thickness.assign(s.facet_id.size(), 2.0);
   return s;
 }

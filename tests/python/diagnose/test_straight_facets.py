@@ -90,6 +90,21 @@ def test_a_small_gap_or_overlap_is_told_if_bodies_are_pressed_by_little(
     assert texts == [f"{one} (docs/messages/warnings.md)"] * is_wrong
 
 
+def test_an_interference_that_is_too_small_is_told_once(cell_2d):
+    """Where the contact is made, and not in its solve again."""
+    down = np.array((0.0, -0.0015))
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ContactWarning)
+        case = build(
+            arch(cell_2d, 0.0),
+            bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", value=down)],
+            offset=-0.001,
+        )
+        case.problem.solve()
+    texts = [str(w.message) for w in caught if "straight facets" in str(w.message)]
+    assert len(texts) == 1 and "with an interference of 1.000e-03" in texts[0]
+
+
 @pytest.mark.mpi
 @pytest.mark.parametrize("degree", (1, 2))
 def test_arcs_in_their_place_are_not(cell, degree):

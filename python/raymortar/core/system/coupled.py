@@ -214,7 +214,10 @@ class CoupledSystem(CoupledIterates):
         elif self.updates == 0:
             message = f"{name} needs pairs: call update first"
         elif any(part.gamma is None for part in self.parts):
-            message = f"{name} needs gamma: give one, or make a problem, which sets it"
+            message = (
+                f"{name} needs gamma: give one, or make a problem or create_matrix(a), "
+                "which sets it"
+            )
         raise_everywhere(self.comm, message)
         self._require_rows(name, thing, kind)
 
@@ -241,6 +244,10 @@ class CoupledSystem(CoupledIterates):
         Collective."""
         covered = all([zone.pattern.covers(zone.cpp) for zone in self.zones])
         return bool(self.comm.allreduce(covered, op=MPI.LAND))
+
+    def from_vector(self, x: PETSc.Vec) -> None:
+        self._require_rows("from_vector", x, PETSc.Vec)
+        super().from_vector(x)
 
     def make_room(self, A: PETSc.Mat) -> bool:
         """See `Contact.make_room`. Collective."""
