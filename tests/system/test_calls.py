@@ -217,7 +217,7 @@ def test_nothing_is_assembled_without_gamma(scene):
 def test_a_vector_of_other_rows_is_not_taken(scene):
     c = contact(scene)
     other = PETSc.Vec().createMPI((c.layout.size + 1, None), comm=COMM)
-    with refused(f"from_vector needs {c.layout.size} rows on this rank"):
+    with refused("from_vector needs .* rows on this rank"):
         c.from_vector(other)
 
 

@@ -19,6 +19,7 @@ from raymortar import (
     Coulomb,
     LoadSteps,
     NonlinearProblem,
+    Penalty,
     Tie,
     tools,
 )
@@ -165,3 +166,19 @@ def test_a_crack_is_not_tied_at_its_tip(layers):
     u = fem.Function(tools.vector_space(mesh, 1))
     with pytest.raises(ContactError, match="share . vertex"):
         Tie(u, tags, [FACES])
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("layers", [0, 1])
+def test_closed_faces_meet_up_to_the_tip_under_a_penalty(layers, seed):
+    """Nodes of a mesh file lie on each other but for rounding, in any direction."""
+    mesh, tags = cracked(8, layers)
+    noise = np.random.default_rng(seed).normal(size=mesh.geometry.x.shape)
+    d = mesh.geometry.dim
+    mesh.geometry.x[:, :d] += 1e-15 * noise[:, :d]
+    u = fem.Function(tools.vector_space(mesh, 1))
+    contact = Contact(u, tags, [FACES], Penalty(1.0))
+    contact.update()
+    points = gathered.points(contact)
+    area = points["weight"][points["pair"] >= 0].sum()
+    assert area == pytest.approx(2.0 * (0.2 if layers else 1.0), rel=1e-9)
