@@ -352,6 +352,17 @@ def test_adhesion_alone_holds_a_body():
     np.testing.assert_allclose(contact.bond.force(), [0.0, -2.0], 1e-7, 1e-7)
 
 
+def test_strong_glue_lets_go_of_a_soft_body_that_is_pressed_lightly():
+    """Pressures far below the strength close points by more than rounding."""
+    E, d = 1.0, 1e-4
+    blocks = Blocks(modulus=E, law=glue(1e4), method=Penalty())
+    blocks.lead(0.0, -d)
+    assert len(blocks.problem.history) <= 6
+    force = blocks.contact.resultant().force[1]
+    np.testing.assert_allclose(force, E * d / HEIGHT, 0.1)
+    np.testing.assert_allclose(blocks.bond.force(), 0.0, atol=1e-9 * force)
+
+
 def test_double_cantilever_beam():
     """While the crack grows, P = sqrt(G E I) / a of slender arms, theory of beams."""
     E, G, length, first, end = 1e5, 0.12, 45.0, 30.0, 36.0

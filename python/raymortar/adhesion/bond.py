@@ -26,8 +26,10 @@ from ..core.state import Quantity
 from ..core.terms import Term
 from .points import BondedPoints, Opening, Side, opening_of
 
-# Share of the opening at which damage begins that is rounding
-ROUNDING = 1e-6
+# Rounding of openings: at most this share of the one at which damage begins, and of
+# positions. A soft body that lies on strong glue closes its springs by less than the
+# first share
+ROUNDING, OF_POSITIONS = 1e-6, 100.0 * np.finfo(float).eps
 
 
 class Springs(NamedTuple):
@@ -152,8 +154,7 @@ class Bond(Term, Follower):
         bent = springs.tension - K_s * at.along
         blocks = bent[:, None, None] * at.bends.reshape(n, size, size)
         # At an opening of zero, rounding must not choose: springs that will be stretched
-        first = np.atleast_1d(self.law.strength)[0] / K_n
-        stiff = K_n * (springs.opening > -ROUNDING * first) - K_s
+        stiff = K_n * (springs.opening >= -self._rounding()) - K_s
         blocks += stiff[:, None, None] * q[:, :, None] * q[:, None]
         own = np.arange(len(at.normal[0]) if n else 0)
         blocks[:, own, own] += K_s
@@ -165,6 +166,16 @@ class Bond(Term, Follower):
         blocks -= 2.0 * springs.slopes[:, :, None] * grows[:, None]
         found: Array = self._at.weight[:, None, None] * blocks
         return found
+
+    def _rounding(self) -> float:
+        """Opening that may be a rounding error of positions. Collective."""
+        unknowns = self._system.unknowns
+        moved = unknowns.owned_values()[unknowns.u_owned]
+        lengths = [side.own.facets.slave_surface.X for side in self._at.sides]
+        largest = sum(np.abs(of).max(initial=0.0) for of in (moved, *lengths))
+        largest = self._comm.allreduce(float(largest), op=MPI.MAX)
+        first = np.atleast_1d(self.law.strength)[0] / self.law.stiffness[0]
+        return float(min(ROUNDING * first, OF_POSITIONS * largest))
 
     def residual(self, bcs: Sequence[Any], lacking: Any) -> Array:
         """Forces at the owned unknowns of the forms, with what they lack to meet the
