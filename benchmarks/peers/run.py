@@ -3,6 +3,7 @@
     scripts/python benchmarks/peers/run.py                   # an hour on an idle core
     scripts/python benchmarks/peers/run.py --quick           # the coarsest meshes, once
     scripts/python benchmarks/peers/run.py --scenes blocks --programs CalculiX
+    scripts/python benchmarks/peers/run.py --scenes patch --sizes 4 --longest 30
     scripts/python benchmarks/peers/run.py --plot            # of the rows that are there
 
 Every row is of a process of its own. Seconds are processor time, user and system, of
@@ -135,11 +136,13 @@ def apart(key):
     return json.loads(lines[-1])
 
 
-def groups(scenes, programs, quick):
+def groups(scenes, programs, quick, only=None):
     """Runs on one mesh, which take turns."""
     for scene in scenes:
         for degree, sizes in SIZES[scene].items():
             for n in sizes[:1] if quick else sizes:
+                if only and n not in only:
+                    continue
                 steps = MORE.get(scene, (None, 1))
                 for more in (1, steps[1]) if n == steps[0] and degree == 1 else (1,):
                     yield [
@@ -188,7 +191,7 @@ def measure(args):
     for name in set(args.programs) - set(here):
         print(f"{name} is missing: its rows stay as they were")
     rows, turns = rows_of(path), 1 if args.quick else TURNS
-    for group in groups(args.scenes, here, args.quick):
+    for group in groups(args.scenes, here, args.quick, args.sizes):
         # One by one where none take turns: an interrupted run keeps its rows
         parts = [[key] for key in group] if args.quick else [group]
         for row in itertools.chain.from_iterable(measured(p, turns) for p in parts):
@@ -226,6 +229,8 @@ def main(arguments=None):
     parser.add_argument(
         "--programs", nargs="+", choices=PROGRAMS, default=list(PROGRAMS)
     )
+    parser.add_argument("--sizes", nargs="+", type=int, help="these n only")
+    parser.add_argument("--longest", type=int, help="processor seconds of a run of ccx")
     parser.add_argument("--quick", action="store_true", help="coarsest meshes, once")
     parser.add_argument("--plot", action="store_true", help="do not solve")
     parser.add_argument("--references", action="store_true", help="make them anew")
@@ -233,6 +238,8 @@ def main(arguments=None):
     parser.add_argument("--pictures", type=Path, default=ROOT / "docs" / "pictures")
     parser.add_argument("--one", help=argparse.SUPPRESS)
     args = parser.parse_args(arguments)
+    if args.longest:
+        os.environ["PEERS_LONGEST"] = str(args.longest)
     if args.one:
         print(json.dumps(solved(*json.loads(args.one))))
         return 0

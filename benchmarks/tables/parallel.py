@@ -261,3 +261,25 @@ def strong(rows: list[Row]) -> Table:
         cells += [row["largest_share"], brief(row["mean_share"], 3), row["without"]]
         lines.append([*cells, *(spaced(row[name]) for name in sent), row["krylov"]])
     return lines
+
+
+@table("parallel/set_up.csv")
+def set_up(rows: list[Row]) -> Table:
+    """The share of multigrid's set-up in whole solves, and its parts."""
+    parts = ("levels", "springs", "products", "near")
+    lines = [
+        ["cells, degree", "ranks", "unknowns", "Krylov", "all, s", "assembly"]
+        + ["**set-up**", *parts, "cycles", "MB"]
+    ]
+    for row in rows:
+        shares = {
+            k: f"{100.0 * float(row[k]) / float(row['all']):.0f} %"
+            for k in ("assembly", "set_up", *parts, "cycles")
+        }
+        name = {"hexahedron": "hexahedra", "tetrahedron": "tetrahedra"}[row["cell"]]
+        cells = [f"{name} {row['degree']}", row["ranks"], spaced(row["unknowns"])]
+        cells += [row["krylov"].replace(" ", ", "), _seconds(row["all"])]
+        cells += [shares["assembly"], f"**{shares['set_up']}**"]
+        cells += [*(shares[k] for k in parts), shares["cycles"], row["megabytes"]]
+        lines.append(cells)
+    return lines

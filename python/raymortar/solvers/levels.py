@@ -12,7 +12,7 @@ from scipy import sparse
 
 from ..core import compat
 from ..core.compat import Array, Mask
-from ..core.discretization.joined import unrolled
+from ..core.discretization.joined import Places, unrolled
 from ..core.discretization.ranks import destroy, marked_everywhere
 from ..core.problem import CoupledProblem
 from ..core.solvers.petsc_objects import PetscOptions
@@ -24,6 +24,11 @@ CHEBYSHEV_STEPS = 3
 # Share of a motion that is rounding error once the other motions are taken off
 NOTHING = 1e-8
 
+# Difference of two products that is rounding error, over their size
+SAME = 1e-10
+
+_ANY = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+
 
 class BodiesLevels:
     """Interpolations between levels, finest first, and products with them. Collective.
@@ -33,6 +38,9 @@ class BodiesLevels:
     alone, in degree 1, and serve any contact. Between a higher degree and degree 1
     there is interpolation. PETSc's GAMG makes the aggregates, with options under the
     prefix. `fixed` are the dofs of this rank that were prescribed.
+
+    GAMG makes products with the volume's tangent on its way. They serve the first
+    products with a tangent that has contact, which adds to the rows of its surfaces.
     """
 
     def __init__(self, problem: CoupledProblem, prefix: str) -> None:
@@ -42,11 +50,15 @@ class BodiesLevels:
         K.assemble()
         self._step: LinearInterpolation | None = None
         fixed, self.interpolations = self.fixed, []
+        self._rows = _surface_rows(problem.contact)
+        # The volume's tangent in these rows and on coarser levels, until its first use
+        self._volume = [_block(K, self._rows)]
         if compat.element_info(V).degree > 1:
             self._step = LinearInterpolation(V, fixed)
             self.interpolations.append(self._step.matrix)
             finest, K = K, self._step.product(K)
             finest.destroy()
+            self._volume.append(K)
             V, fixed = self._step.W, self._step.fixed
         near = nullspace_of(V, fixed)
         K.setNearNullSpace(near)
@@ -62,25 +74,88 @@ class BodiesLevels:
             ksp.setUp()
         levels = range(pc.getMGLevels() - 1, 0, -1)
         self.interpolations += [pc.getMGInterpolation(k) for k in levels]
-        destroy(ksp, near, K)
+        self._volume += [pc.getMGSmoother(k - 1).getOperators()[0] for k in levels]
+        destroy(ksp, near)
+        if self._step is None:
+            K.destroy()
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """Find S and its products with the interpolations, finest first. Collective."""
-        found = [S]
-        for P in self.interpolations:
-            rows = None if len(found) > 1 or self._step is None else self._step.fixed
-            found.append(_product(found[-1], P, rows))
+        found, volume = [S], self._volume
+        self._volume = []
+        # Of each level what S adds to the volume, for as long as that is as it was
+        changes = [_block(S, self._rows)] if volume else []
+        for change in changes:
+            change.axpy(-1.0, volume[0], _ANY)
+        for k, P in enumerate(self.interpolations):
+            T = None
+            if len(changes) > k:
+                part = P if k > 0 else _block(P, self._rows, columns=True)
+                changes.append(changes[k].PtAP(part))
+                volume[k + 1].axpy(1.0, changes[-1], _ANY)
+                if k == 0:
+                    part.destroy()
+                if _is_product(volume[k + 1], found[k], P):
+                    T = volume[k + 1]
+                else:
+                    changes.pop().destroy()
+                    destroy(*volume[k + 1 :])
+            found.append(found[k].PtAP(P) if T is None else T)
+        destroy(*volume[:1], *changes)
+        for k, T in enumerate(found[1:]):
+            _regular(T, self._step.fixed if k == 0 and self._step else None)
         return found
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""
-        destroy(*self.interpolations)
+        destroy(*self.interpolations, *self._volume)
 
 
-def _product(S: PETSc.Mat, P: PETSc.Mat, rows: Mask | None = None) -> PETSc.Mat:
-    """P^T S P, with its largest diagonal entry in some rows; by default where it has
-    none, as aggregates of few dofs cannot have all rigid motions."""
-    T = S.PtAP(P)
+def _surface_rows(contact: Any) -> Places:
+    """Owned rows of the displacement on the surfaces of contact. Collective."""
+    V = contact.u.function_space
+    marked = marked_everywhere(V, np.concatenate([one.dofs for one in sides(contact)]))
+    nodes = np.flatnonzero(marked[: V.dofmap.index_map.size_local])
+    return unrolled(nodes, V.dofmap.index_map_bs)
+
+
+def _block(A: PETSc.Mat, rows: Places, columns: bool = False) -> PETSc.Mat:
+    """Owned rows of a matrix, and the columns of the same numbers or all. Collective."""
+    at = (rows + A.getOwnershipRange()[0]).astype(PETSc.IntType)
+    of = PETSc.IS().createGeneral(at, comm=A.comm)
+    of.setBlockSize(A.getBlockSizes()[0])
+    if not columns:
+        return A.createSubMatrix(of, of)
+    begin, end = A.getOwnershipRangeColumn()
+    every = PETSc.IS().createStride(end - begin, begin, 1, A.comm)
+    every.setBlockSize(A.getBlockSizes()[1])
+    return A.createSubMatrix(of, every)
+
+
+def _is_product(T: PETSc.Mat, S: PETSc.Mat, P: PETSc.Mat) -> bool:
+    """Whether T is P^T S P but for rounding, by its product with a random vector: the
+    bodies may have changed, or their rows may have other factors. Collective.
+
+    Rows that P^T S P lacks do not count.
+    """
+    x, own = T.createVecs()
+    fine, image = S.createVecs()
+    x.array[:] = np.random.default_rng(T.comm.rank).random(x.local_size)
+    T.mult(x, own)
+    P.mult(x, fine)
+    S.mult(fine, image)
+    P.multTranspose(image, x)
+    size = x.norm(PETSc.NormType.NORM_INFINITY)
+    own.array[x.array_r == 0.0] = 0.0
+    own.axpy(-1.0, x)
+    off = own.norm(PETSc.NormType.NORM_INFINITY)
+    destroy(x, own, fine, image)
+    return bool(off <= SAME * size)
+
+
+def _regular(T: PETSc.Mat, rows: Mask | None = None) -> PETSc.Mat:
+    """A product with its largest diagonal entry in some rows; by default where it has
+    none, as aggregates of few dofs cannot have all rigid motions. Collective."""
     diagonal = T.getDiagonal()
     size = diagonal.norm(PETSc.NormType.NORM_INFINITY)
     rows = diagonal.array_r == 0.0 if rows is None else rows
@@ -159,7 +234,7 @@ class LinearInterpolation:
 
     def product(self, S: PETSc.Mat) -> PETSc.Mat:
         """P^T S P over the owned dofs of W, regular at prescribed dofs. Collective."""
-        return _product(S, self.matrix, self.fixed)
+        return _regular(S.PtAP(self.matrix), self.fixed)
 
 
 def _weights_by_cell(V: Any, W: Any) -> tuple[Any, Any, Array]:

@@ -28,6 +28,7 @@ from raymortar.core import compat
 from raymortar.core.solvers.linear import linear_options
 from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
+from raymortar.solvers import levels as levels_of
 from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
 
 # Blocks of each tangent, whose iterations are those of the preconditioner as it is
@@ -101,6 +102,45 @@ def test_product_is_the_tangent_of_degree_1_with_the_conditions(cell):
     product.mult(x, z)
     assert worst(z.array - y.array) <= 1e-12 * size
     assert (product.getDiagonal().array > 0.0).all()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("cell, degree", [("tetrahedron", 2), ("hexahedron", 1)])
+def test_products_of_the_volume_serve_once_and_only_for_the_same_bodies(
+    cell, degree, monkeypatch
+):
+    """Beside what contact adds: those of GAMG are P^T S P to rounding."""
+    coupled = blocks(cell, degree, 3 - degree, friction=Coulomb(0.3)).problem
+    found, judge = [], levels_of._is_product
+    monkeypatch.setattr(
+        levels_of, "_is_product", lambda *of: found.append(judge(*of)) or found[-1]
+    )
+    rng = np.random.default_rng(COMM.rank)
+    # The bodies' tangent with springs at the surfaces, and that of stiffer bodies
+    for factor, springs in ((1.0, 3.0), (2.0, 0.0)):
+        del found[:]
+        S = fem.petsc.assemble_matrix(coupled.a, bcs=coupled.bcs)
+        S.assemble()
+        S.scale(factor)
+        diagonal = S.getDiagonal()
+        with PetscOptions("once_", solvers.iterative("bodies")):
+            levels = BodiesLevels(coupled, "once_displacement_levels_")
+        diagonal.array[levels._rows] *= 1.0 + springs
+        S.setDiagonal(diagonal)
+        operators = levels.operators(S)
+        assert len(operators) > degree
+        assert found == ([True] * (len(operators) - 1) if factor == 1.0 else [False])
+        for one, again in zip(operators, levels.operators(S), strict=True):
+            x, y = one.createVecs()
+            z = y.duplicate()
+            x.array[:] = rng.random(x.local_size)
+            # Rows that the products lack have any diagonal
+            of = one.getDiagonal().array_r == again.getDiagonal().array_r
+            x.array[~of] = 0.0
+            one.mult(x, y)
+            again.mult(x, z)
+            assert worst(y.array - z.array) <= 1e-12 * worst(y.array)
+        assert len(found) == len(operators) - 1 or factor != 1.0
 
 
 # Answers and iterations
