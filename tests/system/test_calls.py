@@ -221,13 +221,6 @@ def test_a_vector_of_other_rows_is_not_taken(scene):
         c.from_vector(other)
 
 
-def test_forces_before_a_start_are_refused_alone(scene, recwarn):
-    """And not with a warning that speaks of a start."""
-    with refused("there are no results yet"):
-        contact(scene).resultant()
-    assert not [w for w in recwarn if "solved yet" in str(w.message)]
-
-
 def test_nothing_is_read_before_there_is_anything(scene, folder):
     c = contact(scene, method=Penalty(1.0), friction=Coulomb(0.3))
     for call in (

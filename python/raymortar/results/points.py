@@ -259,9 +259,9 @@ class Results:
         self, slave: int | str = 0, master: int | str | Target | None = None
     ) -> Resultant:
         """See `Contact.resultant`. Collective."""
+        self.warn_if_unsolved()
         with together(self._comm):
             self._require_results()
-            self.warn_if_unsolved()
             parts = chosen_parts(self.zones, self.pair_table, slave, master)
             if parts:
                 pass
