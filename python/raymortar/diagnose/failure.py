@@ -33,6 +33,9 @@ FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
 _ENDS = 5
+# Residuals at the end of a history in which jumps count, and jumps: Newton's method that
+# is about to converge has none
+_LAST, _JUMP = 10, 10.0
 
 # Relative difference of residuals that a message calls the same
 _ALIKE = 0.02
@@ -152,7 +155,8 @@ def describe_failure(
     else:
         # Steps have been halved already; `what_limits` says what helps
         smaller = ["LoadSteps, which takes smaller steps"] * (not in_use.steps)
-        against = _against_cycles(in_use) if period else smaller * diverged
+        wanders = diverged or _has_jumps(history)
+        against = _against_cycles(in_use) if period else smaller * wanders
         proposals = [*swaps, *against]
     text = "; ".join([text + imbalance, *unheld, *excess, *odd, *sprung])
     return text + (f". Try {one_of(proposals)}" if proposals else "")
@@ -180,6 +184,12 @@ def has_diverged(history: Sequence[float]) -> bool:
     return len(norms) > 0 and bool(
         not np.isfinite(norms).all() or norms[-1] > 10.0 * max(norms[0], norms.min())
     )
+
+
+def _has_jumps(history: Sequence[float]) -> bool:
+    """Whether some of the last residuals are tenfold those before them."""
+    last = np.array(history[-_LAST:])
+    return bool((last[1:] > _JUMP * last[:-1]).any())
 
 
 def list_of_residuals(history: Sequence[float]) -> str:

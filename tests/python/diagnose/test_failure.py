@@ -70,6 +70,7 @@ def test_reasons_are_words():
         (8 * [2.0, 1.0], TOUCHING, [], "snes_linesearch_type"),
         ([1.0, 50.0], TOUCHING, [], "smaller steps"),
         ([1.0, float("nan")], TOUCHING, [], "smaller steps"),
+        ([9.0, 5.0, 0.01, 0.2, 0.03, 0.9, 0.04, 0.3], TOUCHING, [], "smaller steps"),
     ],
 )
 def test_advice_goes_by_what_was_seen(history, statistics, unheld, advice):
