@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 
+from mpi4py import MPI
+
 import numpy as np
 
 from ..core.compat import Array, Mask
@@ -70,7 +72,7 @@ def findings(
     yield from inverted_cells(contact)
     names = pair_names(contact)
     depth, pair, place, text = _worst(
-        contact, (_unseen(z, contact, names[id(z)]) for z in contact.zones)
+        contact, (_unseen(z, contact.layout.comm, names[id(z)]) for z in contact.zones)
     )
     if depth > 0.0:
         remedy = "Take smaller steps, or a larger depth in Search"
@@ -173,9 +175,9 @@ def _pressed(zone: ZoneData, pair: str) -> Worst:
     return float(share[k]), pair, place, f"{text}, {share[k]:.2g} of its facet"
 
 
-def _unseen(zone: ZoneData, contact: Interaction, pair: str) -> Worst:
+def _unseen(zone: ZoneData, comm: MPI.Comm, pair: str) -> Worst:
     """Find the depth of the deepest point that is too deep for contact. Collective."""
-    penetrating, points = passed_points(zone, contact), zone.points()
+    penetrating, points = passed_points(zone, comm), zone.points()
     if not len(penetrating):
         return NOTHING
     q = penetrating[np.argmin(points["gap"][penetrating])]

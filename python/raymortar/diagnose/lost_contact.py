@@ -100,8 +100,9 @@ def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
 
 def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
     """Tell of slave facets that a rigid body has passed; "" for none. Collective."""
-    facets = np.unique(zone.points()["slave"][passed_points(zone, contact)])
-    count = contact.layout.comm.allreduce(len(facets))
+    comm = contact.layout.comm
+    facets = np.unique(zone.points()["slave"][passed_points(zone, comm)])
+    count = comm.allreduce(len(facets))
     names = ", ".join(body.name for body in zone.facets.bodies)
     if count:
         return (

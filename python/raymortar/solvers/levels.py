@@ -81,30 +81,33 @@ class BodiesLevels:
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """Find S and its products with the interpolations, finest first. Collective."""
-        found, volume = [S], self._volume
-        self._volume = []
-        # Of each level what S adds to the volume, for as long as that is as it was
-        changes = [_block(S, self._rows)] if volume else []
-        for change in changes:
-            change.axpy(-1.0, volume[0], _ANY)
-        for k, P in enumerate(self.interpolations):
-            T = None
-            if len(changes) > k:
-                part = P if k > 0 else _block(P, self._rows, columns=True)
-                changes.append(changes[k].PtAP(part))
-                volume[k + 1].axpy(1.0, changes[-1], _ANY)
-                if k == 0:
-                    part.destroy()
-                if _is_product(volume[k + 1], found[k], P):
-                    T = volume[k + 1]
-                else:
-                    changes.pop().destroy()
-                    destroy(*volume[k + 1 :])
-            found.append(found[k].PtAP(P) if T is None else T)
-        destroy(*volume[:1], *changes)
+        found = [S, *self._of_volume(S)]
+        for P in self.interpolations[len(found) - 1 :]:
+            found.append(found[-1].PtAP(P))
         for k, T in enumerate(found[1:]):
             _regular(T, self._step.fixed if k == 0 and self._step else None)
         return found
+
+    def _of_volume(self, S: PETSc.Mat) -> list[PETSc.Mat]:
+        """Make those of the volume the first products of S by what S adds to them, as
+        long as the bodies are as they were; none after the first call. Collective."""
+        if not self._volume:
+            return []
+        (own, *coarse), self._volume, found = self._volume, [], [S]
+        change = _block(S, self._rows)
+        change.axpy(-1.0, own, _ANY)
+        own.destroy()
+        for T, P in zip(coarse, self.interpolations):
+            fine = change
+            part = P if len(found) > 1 else _block(P, self._rows, columns=True)
+            change = fine.PtAP(part)
+            destroy(fine, *([part] if part is not P else []))
+            T.axpy(1.0, change, _ANY)
+            if not _is_product(T, found[-1], P):
+                break
+            found.append(T)
+        destroy(change, *coarse[len(found) - 1 :])
+        return found[1:]
 
     def destroy(self) -> None:
         """Free the matrices. Collective."""
