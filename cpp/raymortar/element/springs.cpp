@@ -57,7 +57,7 @@ public:
   }
 
 private:
-  /// Vectors of the springs at the points
+  /// Elastic slips of a law that has them, else tangential tractions
   [[nodiscard]] const std::vector<double>& held_at_points() const
   {
     return _results.elastic_slip.empty() ? _results.friction

@@ -30,8 +30,8 @@ struct FrictionResponse : PointResponse<D, M>
   /// By the coefficient of the friction law
   Vec<D> t_coefficient = Vec<D>::Zero();
   Vec<M> C_coefficient = Vec<M>::Zero();
-  /// Derivative by the logarithm of gamma, less the part that goes through gap,
-  /// slip and springs; laws of the slip rate and of elastic slip have it
+  /// By the logarithm of gamma: the part through gap, slip and springs less the
+  /// whole derivative. Zero but for laws of the slip rate and of elastic slip
   Vec<D> t_rate = Vec<D>::Zero();
   Vec<M> C_rate = Vec<M>::Zero();
 };

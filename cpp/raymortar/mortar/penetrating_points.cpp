@@ -75,9 +75,9 @@ private:
     return hit;
   }
 
-  /// Whether the body goes on behind a place on a ray into it, as far as the
-  /// ray has come. What is beyond the body's back, or nearer to the back than
-  /// to the ray's origin, is in contact with the back
+  /// Whether a place on a ray into the body is nearer to the ray's origin than
+  /// to the body's back. A tool that is nearer to the back, or beyond it,
+  /// touches the back
   [[nodiscard]] bool is_in_body(const ToolRay& ray, double g) const
   {
     if (_body == nullptr)

@@ -26,7 +26,7 @@ find_penetrating_points(const Surface& slave, const Surface& master,
 /// behind them, within half of their own body's thickness.
 /// @param[in] body The slave's surface on all ranks as a solid, where it is
 /// now. Rays into it may leave it at its back before they meet a tool. Null:
-/// not known, and no ray does
+/// it is not known, and rays count as if they never left it
 [[nodiscard]] std::vector<Index> find_points_inside_tools(
     const Surface& slave, std::span<const PlacedTool> tools,
     const IntegrationPoints& points, const Hits& hits,

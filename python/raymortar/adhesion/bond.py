@@ -26,9 +26,9 @@ from ..core.state import Quantity
 from ..core.terms import Term
 from .points import BondedPoints, Opening, Side, opening_of
 
-# Rounding of openings: at most this share of the one at which damage begins, and of
-# positions. A soft body that lies on strong glue closes its springs by less than the
-# first share
+# An opening is a rounding error below both: this share of the one at which damage begins,
+# and this share of positions. The first alone is too much, as a soft body on strong glue
+# closes its springs by less
 ROUNDING, OF_POSITIONS = 1e-6, 100.0 * np.finfo(float).eps
 
 

@@ -33,8 +33,8 @@ FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
 _ENDS = 5
-# Residuals at the end of a history in which jumps count, and jumps: Newton's method that
-# is about to converge has none
+# Among so many residuals at the end of a history, none is so many times the one before
+# if Newton's method is about to converge
 _LAST, _JUMP = 10, 10.0
 
 # Relative difference of residuals that a message calls the same

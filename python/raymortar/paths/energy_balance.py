@@ -18,8 +18,8 @@ from ..results.sums import resultant_on, slip_work, work_on_gaps
 from .load_path import PrescribedPath
 
 # Energy that may be missing, over all energies of the step. Where forces grow with
-# displacements none is. A die that is drawn over a slab lacks up to 0.035 in steps with
-# the ends of eight times as many steps: slip counts at the step's end
+# displacements none is. A die that is drawn over a slab lacks up to 0.035, though its
+# steps end where eight times as many do: friction's work takes tractions of their ends
 MISSING = 0.05
 # With multipliers gaps are zero in the mean only, as those of a round tool over straight
 # facets. Tractions then work on the remaining gaps, and forces ripple. Over the integral

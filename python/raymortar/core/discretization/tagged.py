@@ -152,8 +152,8 @@ def facets_that_never_meet(
     row, other = _pairs_at_vertices(corner_ids(slave), corners)
     way = middles[other] - mine[row]
     cosine = np.einsum("pd,pd->p", mine_n[row], n[other])
-    # Height of either middle over the other facet, over the distance. Of closed faces of
-    # a crack this is rounding, in any direction: then over the facet's own size
+    # Height of either middle over the other facet, relative to their distance, but to the
+    # facet's size where that is larger: closed faces of a crack differ by rounding alone
     size = np.linalg.norm(slave.nodes[:, 0] - mine, axis=1)
     length = np.maximum(np.linalg.norm(way, axis=1), size[row])
     heights = np.einsum("pd,kpd->kp", way, np.array([mine_n[row], -n[other]])) / length
