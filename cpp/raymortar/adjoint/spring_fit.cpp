@@ -134,14 +134,9 @@ private:
       return SquaredDistance<T>(_state.slave.shape,
                                 xi - _points.xi[q].template head<T>());
     };
-    std::size_t nearest = begin;
-    double least = distance(begin).value;
-    for (std::size_t q = begin + 1; q < end; ++q)
-      if (const double d = distance(q).value; d < least)
-      {
-        nearest = q;
-        least = d;
-      }
+    const std::size_t nearest =
+        nearest_of<T>(_points, _state.slave.shape, begin, end, xi);
+    const double least = distance(nearest).value;
     // Shares are over that of the nearest point, times its area
     double sum = _points.area[nearest];
     Vec<D> more = Vec<D>::Zero(); // over the least distance

@@ -36,15 +36,15 @@ public:
       const bool moves = _moves and has_moving_vertices(_state, e);
       const typename Motion::Element element{e, _points.shapes.alone(), size,
                                              _kernel.A.data(), couplings};
-      for_points(e,
-                 [&](std::size_t q)
-                 {
-                   if (_springs.number[q] == no_index)
-                     return;
-                   add_held(e, q, moves ? &along : nullptr);
-                   if (moves)
-                     motion.add(element, q, along);
-                 });
+      _points.for_each(e,
+                       [&](std::size_t q)
+                       {
+                         if (_springs.number[q] == no_index)
+                           return;
+                         add_held(e, q, moves ? &along : nullptr);
+                         if (moves)
+                           motion.add(element, q, along);
+                       });
       if (moves)
         motion.finish(element);
       sink(e, _kernel.A.data(), size);
@@ -59,22 +59,22 @@ public:
     {
       const int size = take(e);
       const std::vector<double> w = weights(e, adjoint);
-      for_points(e,
-                 [&](std::size_t q)
-                 {
-                   if (not _points.has_target)
-                     return;
-                   double* const to = found.data() + q * D;
-                   _kernel.clear_tangent(size);
-                   _kernel.add(_points, _state.elements.master[e]);
-                   for (int r = 0; r < size; ++r)
-                     add_row(-w[std::size_t(r)], r * size, to);
-                   if (_springs.number[q] == no_index)
-                     return;
-                   _kernel.clear_tangent(size);
-                   add_held(e, q, nullptr);
-                   add_row(1.0, 0, to);
-                 });
+      _points.for_each(e,
+                       [&](std::size_t q)
+                       {
+                         if (not _points.has_target)
+                           return;
+                         double* const to = found.data() + q * D;
+                         _kernel.clear_tangent(size);
+                         _kernel.add(_points, _state.elements.master[e]);
+                         for (int r = 0; r < size; ++r)
+                           add_row(-w[std::size_t(r)], r * size, to);
+                         if (_springs.number[q] == no_index)
+                           return;
+                         _kernel.clear_tangent(size);
+                         add_held(e, q, nullptr);
+                         add_row(1.0, 0, to);
+                       });
     }
     return found;
   }
@@ -85,19 +85,6 @@ private:
     _points.take(e);
     _kernel.clear_tangent(_points.shapes.size());
     return _points.shapes.size();
-  }
-
-  template <class Visit>
-  void for_points(std::size_t e, Visit&& visit)
-  {
-    for (const Index i : _state.elements.points_of(e))
-    {
-      const auto q = static_cast<std::size_t>(i);
-      if (_state.points.seed[q] == no_index)
-        continue;
-      _points.place(q);
-      visit(q);
-    }
   }
 
   void add_held(std::size_t e, std::size_t q, AnyIntegrand<D>* along)

@@ -55,5 +55,19 @@ struct AnyPoints
         data.spin.set(data.slave_frames, data.master_frames);
     knows_spin = true;
   }
+
+  /// @brief Go to the points of that element in segments, one after the other:
+  /// calls visit(q) at each.
+  template <class Visit>
+  void for_each(std::size_t element, Visit&& visit)
+  {
+    for (const Index i : state.elements.points_of(element))
+      if (const auto q = static_cast<std::size_t>(i);
+          state.points.seed[q] != no_index)
+      {
+        place(q);
+        visit(q);
+      }
+  }
 };
 } // namespace raymortar

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "raymortar/geometry/taylor.h"
+#include <limits>
 #include <vector>
 
 namespace raymortar
@@ -39,6 +40,27 @@ struct SquaredDistance
   }
 };
 
+/// @brief The first of the points [begin, end) that is nearest to a place of
+/// their facet.
+template <int T>
+[[nodiscard]] std::size_t nearest_of(const SpringPoints& points, Shape shape,
+                                     std::size_t begin, std::size_t end,
+                                     const Vec<T>& xi)
+{
+  std::size_t nearest = begin;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t q = begin; q < end; ++q)
+    if (const double d =
+            SquaredDistance<T>(shape, xi - points.xi[q].template head<T>())
+                .value;
+        d < least)
+    {
+      nearest = q;
+      least = d;
+    }
+  return nearest;
+}
+
 /// @brief The field between these points: Shepard's weighted mean, which has
 /// the values themselves at the points  [theory (4.13)].
 ///
@@ -61,14 +83,7 @@ template <int D>
   { return Distance(shape, xi - points.xi[q].template head<T>()); };
   const auto rest = [&](std::size_t q)
   { return Eigen::Map<const Vec<D>>(points.rest.data() + q * D); };
-  std::size_t nearest = begin;
-  double least = distance(begin).value;
-  for (std::size_t q = begin + 1; q < end; ++q)
-    if (const double d = distance(q).value; d < least)
-    {
-      nearest = q;
-      least = d;
-    }
+  const std::size_t nearest = nearest_of<T>(points, shape, begin, end, xi);
   const Distance here = distance(nearest);
   // Differences from the nearest point: it is met exactly
   double weights = points.area[nearest];

@@ -145,15 +145,12 @@ private:
   template <class Visit>
   void for_points(std::size_t e, Visit&& visit)
   {
-    for (const Index i : _state.elements.points_of(e))
-    {
-      const auto q = static_cast<std::size_t>(i);
-      if (_state.points.seed[q] == no_index)
-        continue;
-      _points.place(q);
-      _field.place(q);
-      visit(q, _count++);
-    }
+    _points.for_each(e,
+                     [&](std::size_t q)
+                     {
+                       _field.place(q);
+                       visit(q, _count++);
+                     });
   }
 
   void store(std::size_t q, FluxPoints& out) const
