@@ -27,9 +27,9 @@ from .levels import BodiesLevels, set_levels, sides
 WORN, SPARE = 1.5, 5
 
 # Blocks of a former tangent serve until they have taken, in all, as many cycles more than
-# the first solve with them as new ones cost: 17 to 27, of which the most counts, as fewer
+# the first solve with them as new ones cost: 17 to 29, of which the most counts, as fewer
 # sets of blocks need less memory (measured: docs/measured/linear_solvers.md)
-PRICE = 27
+PRICE = 30
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/measured/linear_solvers.md)
