@@ -18,6 +18,7 @@ from condensing import (
     pressed,
     taylor_order,
 )
+from interacting import LOWER, UPPER, difference, three
 from problems import COMM, fix
 
 from raymortar import (
@@ -79,6 +80,33 @@ def require_the_same_path(one, other):
 def test_condensed_is_uncondensed(cell, degree, mu, overhang):
     one, other = (pressed(cell, degree, mu, overhang=overhang) for _ in range(2))
     require_the_same_path(one, other)
+
+
+@pytest.mark.mpi
+def test_several_contacts_condensed():
+    """Two contacts of a stack are one system, of which each has its multiplier."""
+    found = []
+    for is_condensed in (False, True):
+        stack = three()
+        contacts = [
+            stack.contact(pair, method=DUAL, friction=Coulomb(mu))
+            for pair, mu in ((LOWER, 0.3), (UPPER, 0.1))
+        ]
+        if is_condensed:
+            problem = CondensedProblem(stack.F, stack.u, contacts, stack.bcs)
+        else:
+            solver = SNESSolver(stack.problem(contacts), {"snes_rtol": 1e-13})
+        for t in (0.5, 1.0):
+            stack.move(t)
+            if is_condensed:
+                newton(problem)
+            else:
+                solver.solve()
+            for contact in contacts:
+                contact.advance()
+        found.append((stack.u, *(one.multiplier for one in contacts)))
+    for one, known in zip(*reversed(found)):
+        assert difference(one, known) <= 1e-9
 
 
 @pytest.mark.parametrize("cell, degree", [("triangle", 1), ("tetrahedron", 1)])
