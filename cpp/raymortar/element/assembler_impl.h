@@ -77,7 +77,10 @@ public:
   {
   }
 
-  void residual(const ContactState& s, const BlockSink& sink) const override
+  // Flat, as `add_point`: compilers leave calls whose sizes are known only in
+  // one function, which take 1.3 times as long in a tangent, 2 in a residual
+  [[gnu::flatten]] void residual(const ContactState& s,
+                                 const BlockSink& sink) const override
   {
     const auto kernel = std::make_unique<Kernel>();
     const auto points = std::make_unique<Points>(
@@ -184,8 +187,8 @@ private:
   /// Add one point
   /// @param[out] along Integrand there, if it is asked for
   /// @return Whether it is set
-  static bool add_point(const Points& at, Kernel& kernel,
-                        AnyIntegrand<D>* along)
+  [[gnu::flatten]] static bool add_point(const Points& at, Kernel& kernel,
+                                         AnyIntegrand<D>* along)
   {
     using Gradient = TaylorGradient<D, Law>;
     const Data& e = at.data;
