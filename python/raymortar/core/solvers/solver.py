@@ -108,7 +108,13 @@ class CoupledSolver(ABC):
     @property
     def problem(self) -> CoupledProblem:
         """The problem that is solved."""
-        return cast("CoupledProblem", self._problem())
+        problem = self._problem()
+        if problem is None:
+            raise ContactError(
+                "the problem of this snes_solver is gone: keep it in a variable, or make "
+                "SNESSolver(problem)"
+            )
+        return cast("CoupledProblem", problem)
 
     @property
     def force_tolerance(self) -> float | None:
