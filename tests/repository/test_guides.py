@@ -210,7 +210,7 @@ BEFORE: dict[str, list[str | None]] = {
     ],
     "docs/friction.md": ["", "", PROBLEM + "step = 0.0"],
     "docs/recipes.md": [None] * 5,
-    "docs/recipes_joints.md": [None] * 2,
+    "docs/recipes_joints.md": [None] * 3,
     "docs/recipes_solving.md": [None] * 5,
     "docs/rigid.md": [
         BALL,

@@ -8,7 +8,7 @@ from problems import COMM
 from programs import ROOT, blocks_of
 
 START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
-CRACK, PERIODIC = blocks_of("docs/recipes_joints.md", "python")
+CRACK, CARRIED, PERIODIC = blocks_of("docs/recipes_joints.md", "python")
 PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
@@ -40,6 +40,15 @@ def test_faces_of_a_crack_slide_under_friction(run):
     assert abs(force[0]) == pytest.approx(0.2 * force[1], rel=0.01)
     held = names["problem"].reactions({"foot": names["bcs"][0], "lid": names["bcs"][1]})
     np.testing.assert_allclose(held["foot"], -held["lid"], atol=1e-10)
+
+
+def test_a_table_carries_a_crate_that_friction_holds(run):
+    """It sticks to the table, whose force is its weight, and steps are cheap."""
+    names = run(START, CARRIED)
+    found, turn = names["contact"].resultant(), np.radians(24.0)
+    np.testing.assert_allclose(found.force, (0.0, 0.1), atol=1e-9)
+    assert np.linalg.norm(found.tangential) == pytest.approx(0.1 * np.sin(turn), 1e-7)
+    assert names["step"].tangents <= 8
 
 
 def test_a_fluid_presses_on_the_open_part_alone(run):

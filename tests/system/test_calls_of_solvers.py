@@ -32,6 +32,12 @@ def solver(ready):
     return SNESSolver(ready)
 
 
+def test_the_solver_of_a_problem_that_is_gone_says_so(scene):
+    solver = ready_problem(scene).snes_solver
+    with refused("the problem of this snes_solver is gone: keep it in a variable"):
+        raymortar.LoadSteps(solver, lambda t: None)
+
+
 @pytest.mark.parametrize("kind", SOLVERS)
 def test_solvers_refuse_what_is_no_problem_or_option(ready, kind):
     with refused("problem must be a NonlinearProblem, not Contact"):

@@ -148,6 +148,13 @@ def test_iterates_are_those_of_the_coupled_system(scene, share):
     assert size > 0.05
 
 
+@pytest.mark.parametrize("kind", [NewtonSolver, SNESSolver])
+def test_solvers_of_raymortar_say_where_condensed_equations_go(kind):
+    problem = pressed("triangle", 1, None).condensed()
+    with pytest.raises(ContactError, match=r"not CondensedProblem: problem\.attach"):
+        kind(problem)
+
+
 @pytest.mark.skipif(compat.newton_solver_class() is None, reason="it is gone")
 @pytest.mark.mpi
 def test_dolfinx_newton_solver_bends_a_cantilever_as_the_coupled_solver_does():

@@ -71,6 +71,9 @@ AijArrays::AijArrays(PetscMatrix A)
   check(MatMPIAIJGetSeqAIJ(A, &own, &others, &_other_columns),
         "MatMPIAIJGetSeqAIJ");
   check(MatGetSize(others, nullptr, &_num_others), "MatGetSize");
+  // Before its first assembly columns are not yet numbered among the others
+  if (_num_others > 0 and not _other_columns)
+    return;
   _diagonal = open_part(own);
   _others = open_part(others);
 }

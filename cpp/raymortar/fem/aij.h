@@ -19,8 +19,8 @@ struct AijPart
 /// @brief Holds the arrays of a matrix of type seqaij or mpiaij while it lives.
 ///
 /// Values may be added while the matrix is being assembled. Its pattern must
-/// have been assembled before, as `preallocate` does. With any other type of
-/// matrix there are no arrays and `available` is false.
+/// have been assembled before, as `preallocate` does. Otherwise, and with any
+/// other type of matrix, there are no arrays and `available` is false.
 class AijArrays
 {
 public:

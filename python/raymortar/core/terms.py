@@ -37,6 +37,8 @@ class Term:
     unit_forces
         Force of inertia that a unit of each owned unknown of the forms takes, (n,); None:
         the term has no inertia.
+    advice
+        What to try where a step fails; None: nothing of its own.
     """
 
     spoken: str = "further terms"
@@ -44,6 +46,7 @@ class Term:
     is_of_contact: bool = False
     is_linear: bool = True
     unit_forces: Array | None = None
+    advice: str | None = None
 
     def start(self, system: Any) -> None:
         """Take the system of contacts, whose unknowns include `functions`."""

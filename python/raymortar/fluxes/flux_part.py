@@ -78,6 +78,11 @@ class FluxPart:
         self.is_solved_for = False  # by some problem
 
     @property
+    def feels_pressure(self) -> bool:
+        """Whether the law sees a pressure, which a tie has not."""
+        return self.contact.surfaces.tied is None
+
+    @property
     def name(self) -> str:
         """Name of the field, for messages."""
         return ", ".join(f.given.name for f in self.fields)

@@ -246,6 +246,11 @@ class FluxTerms(Term):
         self.functions = list(found.values())
         self._moves = moves
         self._groups: Groups | None = None
+        if any(isinstance(part, FluxPart) and part.feels_pressure for part in of_terms):
+            # Halved steps only end nearer to the jump
+            self.advice = (
+                "a Flux may close contact by a jump, which a larger step passes"
+            )
 
     def start(self, system: Any) -> None:
         """Take the system, whose unknowns include those that the parts bring."""

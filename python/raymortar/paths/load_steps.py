@@ -399,6 +399,7 @@ class LoadSteps:
         texts[:0] = more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
+            texts += [one.advice for one in self._problem.terms if one.advice]
             if self.control is None:
                 texts += what_limits(self._problem, self.max_halvings)
         return ConvergenceError(

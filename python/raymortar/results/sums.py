@@ -79,8 +79,8 @@ class Statistics:
     points, hits, active_points, slip_points
         Integration points; those whose ray meets a master within the search distances
         (with none, bodies are too far apart, or do not face each other); those in
-        contact; those
-        that needed their slip.
+        contact; those whose slip was computed, with friction all hits: of
+        `points()["status"]` count `Status.SLIP` for those that slip.
     degenerate
         Slave facets without a usable normal.
     min_gap, max_gap

@@ -375,6 +375,15 @@ def test_a_matrix_without_room_for_new_pairs_is_told():
 
 
 @pytest.mark.mpi
+def test_the_matrix_of_dolfinx_has_no_room_for_contact():
+    hand = ByHand(PENALTY, None)
+    hand.contact.update()
+    A = fem.petsc.assemble_matrix(hand.a, hand.bcs)
+    with pytest.raises(raymortar.ContactError, match=r"by contact\.create_matrix\(a\)"):
+        hand.contact.assemble_matrix(A, hand.bcs)
+
+
+@pytest.mark.mpi
 def test_condensed_problems_have_vectors_of_dolfinx():
     blocks = Blocks(DUAL, SLIDING)
     problem = raymortar.CondensedProblem(

@@ -108,7 +108,13 @@ class CoupledSolver(ABC):
     @property
     def problem(self) -> CoupledProblem:
         """The problem that is solved."""
-        return cast("CoupledProblem", self._problem())
+        problem = self._problem()
+        if problem is None:
+            raise ContactError(
+                "the problem of this snes_solver is gone: keep it in a variable, or make "
+                "SNESSolver(problem)"
+            )
+        return cast("CoupledProblem", problem)
 
     @property
     def force_tolerance(self) -> float | None:
@@ -275,6 +281,8 @@ def require_problem(problem: Any, remedy: str = "") -> None:
 def _check_input(name: str, problem: Any, options: Any) -> None:
     """Raise unless problem and options suit a solver, on all ranks. Collective."""
     remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
+    if hasattr(problem, "attach"):  # as of a CondensedProblem
+        remedy = ": problem.attach(snes) gives its equations to a solver of your own"
     require_problem(problem, remedy)
     known = options is None or isinstance(options, Mapping)
     with together(problem.comm):

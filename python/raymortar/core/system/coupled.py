@@ -274,6 +274,21 @@ class CoupledSystem(CoupledIterates):
         # Another solver or problem may have extended the patterns since it was made
         return room != self._room or not self._patterns_cover()
 
+    @contextmanager
+    def _told_of_room(self, A: PETSc.Mat) -> Iterator[None]:
+        """Tell where a matrix has room, if one of another origin has none. Collective."""
+        if A.getAttr(ROOM) is not None:
+            yield
+            return
+        with together(self.comm):
+            try:
+                yield
+            except _cpp.Error as error:
+                raise ContactError(
+                    "A has no room for contact: make it by contact.create_matrix(a), in "
+                    "place of DOLFINx's own"
+                ) from error
+
     # Assembly
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
@@ -287,7 +302,8 @@ class CoupledSystem(CoupledIterates):
             )
         # PETSc refuses to mix adding and inserting without a flush between them
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        self.add_tangent(A, bcs)
+        with self._told_of_room(A):
+            self.add_tangent(A, bcs)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """`assemble_matrix` of a matrix that is one of this system. Collective."""
