@@ -5,8 +5,10 @@ from petsc4py import PETSc
 import numpy as np
 import pytest
 from arriving import stacked
+from problems import COMM, build, fix
 
 import raymortar
+from meshes.scenes import two_blocks
 from raymortar.core.terms import Addition, Term, apart
 
 STIFFNESS = 3.0
@@ -113,3 +115,23 @@ def test_an_addition_given_twice_is_refused():
         raymortar.ContactError, match="Addition of T is in the list twice"
     ):
         apart([one, one])
+
+
+class Linear(Springs):
+    """Springs k u that override what the equations need, and nothing else."""
+
+    is_linear = Term.is_linear
+
+    def residual(self, bcs, lacking):
+        increment = self._unknowns.owned_part(lacking.increment)
+        return STIFFNESS * (self._unknowns.owned_values() + increment)
+
+
+def test_a_tangent_is_kept_without_a_term_only_if_the_term_says_so():
+    """A solver that keeps factors takes the kept tangent for that of all forms."""
+    scene = two_blocks(COMM, 2, "triangle")
+    problem = build(scene, bcs=lambda V, scene: [fix(V, scene, "bottom")]).problem
+    springs = Linear(problem.contact.unknowns, problem.contact.layout)
+    assert problem.kept is not None
+    with problem.extended_by(springs):
+        assert problem.kept is None

@@ -60,7 +60,6 @@ class Bond(Term, Follower):
 
     spoken = "bonds of adhesion"
     is_of_contact = True
-    is_linear = False
 
     def __init__(self, law: Any, contact: Any, *surfaces: Any) -> None:
         self.law, self._contact = law, contact

@@ -83,10 +83,10 @@ class CoupledProblem:
     ) -> None:
         contacts, additions = apart(contact)
         if additions and not contacts:
+            name = type(additions[0]).__name__
             raise ContactError(
-                f"contact has a {type(additions[0]).__name__} and no Contact: give at "
-                "least one Contact beside it, [contact, flux], or the field alone to a "
-                "FieldProblem"
+                f"contact has a {name} and no Contact: give at least one Contact beside "
+                f"it, [contact, {name.lower()}], or the field alone to a FieldProblem"
             )
         self.contact = one_or_several(contacts)
         unknowns, system = self.contact.unknowns, self.contact.system

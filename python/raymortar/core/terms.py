@@ -33,7 +33,8 @@ class Term:
     is_of_contact
         Whether it acts through contact: `CoupledProblem.loads` leaves it out.
     is_linear
-        Whether the tangent of the forms' unknowns stays a constant matrix with it.
+        Whether the tangent of the forms' unknowns stays a constant matrix with it, and
+        `keep` gives the keeper of that matrix; solvers may keep its factors.
     unit_forces
         Force of inertia that a unit of each owned unknown of the forms takes, (n,); None:
         the term has no inertia.
@@ -44,7 +45,7 @@ class Term:
     spoken: str = "further terms"
     functions: Sequence[Any] = ()
     is_of_contact: bool = False
-    is_linear: bool = True
+    is_linear: bool = False
     unit_forces: Array | None = None
     advice: str | None = None
 

@@ -348,6 +348,7 @@ class InertiaTerm(Term):
     """
 
     spoken = "forces of inertia"
+    is_linear = True
 
     def __init__(self, problem: CoupledProblem, motion: Motion) -> None:
         self._problem, self._motion = problem, motion

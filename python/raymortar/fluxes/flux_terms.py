@@ -234,8 +234,6 @@ class FluxTerms(Term):
     spoken = "fluxes"
 
     is_of_contact = True
-    # More than the facets' displacements changes from tangent to tangent
-    is_linear = False
 
     def __init__(self, additions: Sequence[Addition], moves: bool = True) -> None:
         of_terms = [one.part for one in additions]

@@ -77,6 +77,7 @@ class SoftStick(Term):
     """
 
     spoken = "softened tangents"
+    is_linear = True  # it softens rows of contact alone
 
     def __init__(self, problem: Any) -> None:
         self._problem = problem

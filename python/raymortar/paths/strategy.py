@@ -13,6 +13,7 @@ from ..core.errors import ConvergenceError, SetUpError
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
+# A state remembers a way by its place: a new one goes to the end
 WAYS = (FULL, EXTRAPOLATED, SOFT, SMALL_GAMMA, VISCOUS)
 
 

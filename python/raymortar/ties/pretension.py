@@ -58,7 +58,6 @@ class OpeningTerm(Term):
     spoken = "pretensions"
 
     is_of_contact = True
-    is_linear = False
 
     def __init__(self, tie: Tie, axis: Array) -> None:
         self._part, self._axis = tie.assembly, axis

@@ -37,8 +37,6 @@ class Viscosity(Term):
 
     spoken = "viscous forces"
 
-    is_linear = False  # their scale changes
-
     def __init__(self, problem: CoupledProblem) -> None:
         self._problem, self._contact = problem, problem.contact
         self._part = part = problem.contact.unknowns.only

@@ -1,4 +1,5 @@
-"""Friction laws. A new one is a class here and one in cpp/raymortar/law/friction.h."""
+"""Friction laws. A new one is a class here and one in cpp/raymortar/law/friction.h: see
+docs/extending.md."""
 
 from __future__ import annotations
 

@@ -231,9 +231,8 @@ class ContactOptions:
                 f"method must be AugmentedLagrangian or Penalty, not {self.method!r}"
             )
         if not (friction is None or isinstance(friction, LAWS)):
-            raise ContactError(
-                f"friction must be Coulomb, Tresca, Stick, Friction or None, not {friction!r}"
-            )
+            names = ", ".join(law.__name__ for law in LAWS)
+            raise ContactError(f"friction must be {names} or None, not {friction!r}")
         if friction and getattr(self.method, "multiplier", None) == "normal":
             raise ContactError("friction needs multiplier='vector', not 'normal'")
         choice("measure", self.measure, MEASURES)
