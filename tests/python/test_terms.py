@@ -4,6 +4,7 @@ from petsc4py import PETSc
 
 import numpy as np
 import pytest
+import ufl
 from arriving import stacked
 from problems import COMM, build, fix
 
@@ -135,3 +136,22 @@ def test_a_tangent_is_kept_without_a_term_only_if_the_term_says_so():
     assert problem.kept is not None
     with problem.extended_by(springs):
         assert problem.kept is None
+
+
+def test_inertia_of_linear_bodies_is_kept(monkeypatch):
+    scene = two_blocks(COMM, 2, "triangle")
+    problem = build(scene, bcs=lambda V, scene: [fix(V, scene, "bottom")]).problem
+    V = problem.u.function_space
+    form = ufl.inner(ufl.TrialFunction(V), ufl.TestFunction(V)) * ufl.dx
+    inertia = raymortar.Inertia(form, problem.contact)
+    kept, J = [], problem.J
+
+    def seen(x, A):
+        kept.append(problem.kept)
+        return J(x, A)
+
+    monkeypatch.setattr(problem, "J", seen)
+    solver = raymortar.SNESSolver(problem)
+    raymortar.TimeSteps(solver, inertia, end=0.1, dt=0.1).run()
+    assert kept and all(one is not None for one in kept)
+    assert not any(one is problem.volume.kept for one in kept)
