@@ -219,6 +219,10 @@ def test_a_vector_of_other_rows_is_not_taken(scene):
     other = PETSc.Vec().createMPI((c.layout.size + 1, None), comm=COMM)
     with refused("from_vector needs .* rows on this rank"):
         c.from_vector(other)
+    with refused("to_vector needs .* rows on this rank"):
+        c.to_vector(other)
+    with refused("to_vector needs a PETSc Vec over .*, not ndarray"):
+        c.to_vector(c.u.x.array)
 
 
 def test_nothing_is_read_before_there_is_anything(scene, folder):
@@ -296,5 +300,9 @@ def test_matrices_and_vectors_are_those_of_the_system(ready):
         c.assemble_matrix(None)
     with refused("make_room needs a PETSc Mat over .*, not Vec"):
         c.make_room(small)
+    with refused("needs .* rows on this rank, .* was given .* x "):
+        rows = c.layout.size, None
+        wide = PETSc.Mat().createAIJ((rows, (c.layout.size + 1, None)), comm=COMM)
+        c.assemble_matrix(wide)
     with refused("x0 must be a ghosted array of u, of shape"):
         c.apply_lifting(ready.create_vector(), [], np.zeros(1), 1.0)

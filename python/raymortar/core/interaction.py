@@ -288,7 +288,8 @@ class Interaction:
         return self.system.form_block(b)
 
     def make_room(self, A: PETSc.Mat) -> bool:
-        """Preallocate A anew if pairs have appeared that it cannot hold. Collective.
+        """Preallocate A anew if pairs have appeared that it cannot hold, or if it is an
+        AIJ matrix that is not from `create_matrix`. Collective.
 
         If so, A loses its values, and everything attached to it except null spaces and
         the prefix. A KSP that has factorised A must be ``reset()``: PETSc does not notice
@@ -350,5 +351,7 @@ class Interaction:
         self.system.from_vector(x)
 
     def to_vector(self, x: PETSc.Vec) -> None:
-        """Copy functions to the solver's unknowns; divide multipliers by gamma."""
+        """Copy functions to the solver's unknowns; divide multipliers by gamma. Rotations
+        of free rigid bodies count from the accepted step: call it after `advance` where x
+        is kept. Collective."""
         self.system.to_vector(x)

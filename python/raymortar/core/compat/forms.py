@@ -78,6 +78,11 @@ def compiled_rank(form: Any) -> int | None:
     return None if spaces is None else len(spaces)
 
 
+def compiled_spaces(form: Any) -> list[Any]:
+    """C++ spaces of a compiled form's test and trial functions."""
+    return list(unwrap(form).function_spaces)
+
+
 def test_space(form: Any) -> Any:
     """C++ space of a compiled form's test function."""
     return unwrap(form).function_spaces[0]

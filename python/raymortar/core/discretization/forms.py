@@ -120,9 +120,10 @@ def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
     return found
 
 
-def check_compiled(a: Any, count: int = 1) -> None:
-    """Raise unless `a` is a compiled bilinear form, or for several unknowns a table of
-    them."""
+def check_compiled(a: Any, unknowns: Unknowns) -> None:
+    """Raise unless `a` is a compiled bilinear form on the space of the displacement, or
+    on a mixed one that has it; for several unknowns a table of forms."""
+    count = len(unknowns.functions)
     if count > 1 and not _is_table(a, count):
         raise ContactError(f"a must be {count} lists of {count} forms each")
     forms = [a] if count == 1 else [one for one in chain(*a) if one is not None]
@@ -132,6 +133,15 @@ def check_compiled(a: Any, count: int = 1) -> None:
             found = type(one).__name__ if rank is None else f"a form of rank {rank}"
             raise ContactError(
                 f"a must be a compiled bilinear form (dolfinx.fem.form), not {found}"
+            )
+    for d in unknowns.displacements:
+        block = a if count == 1 else a[d.at][d.at]
+        spaces = [] if block is None else compat.compiled_spaces(block)
+        if not all(compat.contains(V, d.given.function_space) for V in spaces):
+            raise ContactError(
+                f"a has a test or trial function in another space than the displacement "
+                f"{d.given.name} that Contact was given, or the mixed Function that it "
+                "is a part of"
             )
 
 

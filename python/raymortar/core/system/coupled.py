@@ -14,10 +14,10 @@ import numpy as np
 from ... import _cpp
 from .. import compat
 from ..compat import Array
-from ..discretization.forms import check_compiled
+from ..discretization.forms import check_compiled, list_of_conditions
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, raise_everywhere, together
+from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..gamma.probing import VolumePattern
 from ..gamma.surface_compliance import SurfaceCompliance
 from ..hooks import hooks
@@ -29,6 +29,8 @@ from .memory import require_memory
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
 ROOM = "raymortar_room"
+# Types of matrices that `make_room` gives a pattern
+_WITH_ROOM = PETSc.Mat.Type.SEQAIJ, PETSc.Mat.Type.MPIAIJ
 
 
 class CoupledSystem(CoupledIterates):
@@ -66,7 +68,7 @@ class CoupledSystem(CoupledIterates):
         The volume, which `belong_to` takes.
         """
         with together(self.comm):
-            check_compiled(a, len(self.unknowns.functions))
+            check_compiled(a, self.unknowns)
         for part in self.parts:
             if part.unknowns.spaces is None:
                 part.unknowns.spaces = [compat.test_space(a)]
@@ -230,14 +232,24 @@ class CoupledSystem(CoupledIterates):
                 f"{type(thing).__name__}"
             )
         else:
-            rows = np.ravel(thing.getLocalSize())[0]
-            if rows != self.layout.size:
+            # Of a matrix its rows and its columns
+            sizes = np.unique(thing.getLocalSize())
+            if (sizes != self.layout.size).any():
+                found = " x ".join(map(str, np.ravel(thing.getLocalSize())))
                 message = (
                     f"{name} needs {self.layout.size} rows on this rank, those of [u, "
-                    f"multiplier], and was given {rows}: use create_matrix or "
+                    f"multiplier], and was given {found}: use create_matrix or "
                     "create_vector"
                 )
         raise_everywhere(self.comm, message)
+
+    def _require_conditions(self, bcs: Any) -> list[Any]:
+        """Dirichlet conditions as a list, or an error on all ranks. Collective."""
+        with together(self.comm):
+            found = list_of_conditions(bcs)
+            self.unknowns.conditions(found)
+        require_agreement(self.comm, number_of_conditions=len(found))
+        return found
 
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.
@@ -249,6 +261,10 @@ class CoupledSystem(CoupledIterates):
         self._require_rows("from_vector", x, PETSc.Vec)
         super().from_vector(x)
 
+    def to_vector(self, x: PETSc.Vec) -> None:
+        self._require_rows("to_vector", x, PETSc.Vec)
+        super().to_vector(x)
+
     def make_room(self, A: PETSc.Mat) -> bool:
         """See `Contact.make_room`. Collective."""
         self._require("make_room", A, PETSc.Mat)
@@ -256,9 +272,9 @@ class CoupledSystem(CoupledIterates):
 
     def extend_room(self, A: PETSc.Mat) -> bool:
         """`make_room` of a matrix that is one of this system. Collective."""
-        room = A.getAttr(ROOM)
-        if room is None:  # not from `create_matrix`
-            lacks = not self._patterns_cover()
+        if A.getAttr(ROOM) is None:  # not from `create_matrix`
+            is_plain = A.getType() in _WITH_ROOM
+            lacks = is_plain or not self._patterns_cover()
         else:
             lacks = self._lacks_room(A)
         if lacks:
@@ -274,21 +290,6 @@ class CoupledSystem(CoupledIterates):
         # Another solver or problem may have extended the patterns since it was made
         return room != self._room or not self._patterns_cover()
 
-    @contextmanager
-    def _told_of_room(self, A: PETSc.Mat) -> Iterator[None]:
-        """Tell where a matrix has room, if one of another origin has none. Collective."""
-        if A.getAttr(ROOM) is not None:
-            yield
-            return
-        with together(self.comm):
-            try:
-                yield
-            except _cpp.Error as error:
-                raise ContactError(
-                    "A has no room for contact: make it by contact.create_matrix(a), in "
-                    "place of DOLFINx's own"
-                ) from error
-
     # Assembly
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
@@ -300,23 +301,41 @@ class CoupledSystem(CoupledIterates):
                 "update, before the forms are assembled; several contacts share A as "
                 "NonlinearProblem(F, contacts).contact"
             )
+        bcs = self._require_conditions(bcs)
+        # PETSc has no memory for the flush of a matrix that is not set up
+        A.setUp()
         # PETSc refuses to mix adding and inserting without a flush between them
         A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        with self._told_of_room(A):
-            self.add_tangent(A, bcs)
+        self.add_tangent(A, bcs)
 
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
         """`assemble_matrix` of a matrix that is one of this system. Collective."""
         for part in self.parts:
             part.refuse_held(bcs)
-        self.cpp.add_tangent(A.handle)
+        if A.getAttr(ROOM) is None:
+            self._add_to_foreign(A)
+        else:
+            self.cpp.add_tangent(A.handle)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
+
+    def _add_to_foreign(self, A: PETSc.Mat) -> None:
+        """Add the tangent to a matrix that is not from `create_matrix`: each rank may
+        find no room for its rows. Collective."""
+        with together(self.comm):
+            try:
+                self.cpp.add_tangent(A.handle)
+            except _cpp.Error as error:
+                raise ContactError(
+                    "A has no room for contact: make it by "
+                    "contact.create_matrix(a), or call contact.make_room(A) before the "
+                    f"forms are assembled ({error})"
+                ) from error
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """See `Contact.assemble_vector`. Collective."""
         self._require("assemble_vector", b, PETSc.Vec)
-        self.constrained(bcs)
+        self.constrained(self._require_conditions(bcs))
         b.assemble()  # what was inserted
         self.cpp.add_residual(b.handle)
         b.assemble()
@@ -329,6 +348,7 @@ class CoupledSystem(CoupledIterates):
         found, shape = np.shape(x0), self.u.x.array.shape
         message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
         raise_everywhere(self.comm, None if found == shape else message)
+        bcs = self._require_conditions(bcs)
         self.constrained(bcs)
         b.assemble()  # what was inserted
         self.cpp.lift(b.handle, self.unknowns.increment_u(bcs, x0), alpha)
