@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     )
     from .adhesion.cohesive import Cohesive
     from .condensed.condensed_problem import CondensedProblem
-    from .dynamics.inertia import Inertia
     from .dynamics.time_steps import TimeSteps
+    from .mass.inertia import Inertia
     from .paths.load_steps import LoadSteps
     from .plotting.picture import plot
     from .records.checkpoint import Checkpoint
@@ -84,7 +84,7 @@ _PLACES = {
     "Cohesive": ".adhesion.cohesive",
     "CondensedProblem": ".condensed.condensed_problem",
     "History": ".records.history",
-    "Inertia": ".dynamics",
+    "Inertia": ".mass.inertia",
     "LoadSteps": ".paths.load_steps",
     "Pretension": ".ties.pretension",
     "Tie": ".ties.tie",

@@ -19,7 +19,7 @@ from ..core.errors import ConvergenceError, raise_everywhere
 from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_function
 from ..core.terms import Term
-from .inertia import Inertia, owned_values
+from ..mass.inertia import Inertia, owned_values
 from .schemes import (
     GeneralizedAlpha,
     Midpoint,

@@ -24,13 +24,13 @@ from ..core.errors import (
 )
 from ..core.state import Owner, Quantity, State
 from ..diagnose.lost_contact import passed_surfaces
+from ..mass.inertia import Inertia
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.strategies import Strategies
 from ..records.history import History
 from ..records.output import LoadStep, Output, Progress
 from .account import Account, Energy
-from .inertia import Inertia
 from .motion import End, InertiaTerm, Motion
 from .moving_bodies import MovingBodies
 from .schemes import (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 
 from mpi4py import MPI
@@ -23,7 +22,6 @@ from ..core.errors import (
     ConvergenceError,
     SetUpError,
     described,
-    is_real_number,
     of_type,
     positive,
     require_agreement,
@@ -36,6 +34,7 @@ from ..core.interface.zone_data import ZoneData
 from ..core.options.user_laws import check_functions, real_values
 from ..core.state import Quantity, of_function
 from .anderson import Anderson
+from .archard import Archard
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
@@ -49,27 +48,6 @@ BARELY = 1e-2
 NEARLY_OPEN = 1e-3
 # Depth over pressure times stiffness, of explicit steps [theory (7.9)]
 LIMIT = 1.0
-
-
-@dataclass(frozen=True)
-class Archard:
-    """Archard's law of wear: depth per slip is ``k`` times the pressure.
-
-    Attributes
-    ----------
-    k
-        Wear coefficient over hardness, >= 0. Area per force.
-    """
-
-    k: float
-
-    def __post_init__(self) -> None:
-        if not (is_real_number(self.k) and np.isfinite(self.k) and self.k >= 0.0):
-            raise ContactError(f"Archard.k = {self.k!r} must be a number, not negative")
-
-    def __call__(self, p: Array, v: Array) -> Array:
-        """Depth per time, (n,), of pressures and slip rates (n,)."""
-        return self.k * p * v
 
 
 class Wear(Follower):
