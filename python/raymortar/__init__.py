@@ -10,7 +10,7 @@ from .core.contact import Contact
 from .core.errors import ContactError, ContactWarning, ConvergenceError
 from .core.hooks import hooks
 from .core.nonlinear_problem import NonlinearProblem
-from .core.options.friction import Coulomb, Friction, Stick, Tresca
+from .core.options.friction import Coulomb, Stick, Tresca
 from .core.options.methods import AugmentedLagrangian, Penalty, Search
 from .core.solvers.newton import NewtonSolver, SNESSolver
 
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from .records.history import History
     from .ties.pretension import Pretension
     from .ties.tie import Tie
+    from .user_laws.friction import Friction
 
 __version__ = "0.1.0"
 
@@ -83,6 +84,7 @@ _PLACES = {
     "Checkpoint": ".records.checkpoint",
     "Cohesive": ".adhesion.cohesive",
     "CondensedProblem": ".condensed.condensed_problem",
+    "Friction": ".user_laws.friction",
     "History": ".records.history",
     "Inertia": ".mass.inertia",
     "LoadSteps": ".paths.load_steps",
@@ -112,7 +114,7 @@ _MOVED = {
     "Status": "results.Status",
     "ToolField": "fluxes.ToolField",
     "Wear": "fluxes.Wear",
-    "compat": "core.compat",
+    "compat": "versions",
     "partitions": "io.partitions",
 }
 
@@ -145,6 +147,7 @@ hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
 hooks.results = _floor("results.nodal_fields.results_of")
 hooks.free_bodies = _floor("rigid.free_bodies.FreeBodies")
+hooks.bending = _floor("bending.coefficients.Bending")
 hooks.as_target = _floor("rigid.body.as_body")
 hooks.curve = _floor("smooth.curving.curve")
 hooks.constrain = _floor("constraints.reduction.Constraints")

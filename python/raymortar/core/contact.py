@@ -15,7 +15,6 @@ from .interaction import Interaction
 from .interactions import Interactions
 from .interface.coefficients import PairCoefficients
 from .interface.contact_surfaces import ContactSurfaces, checked, make_surfaces
-from .interface.friction_at_points import spread_coefficient
 from .interface.offsets import Adjustment, Offsets
 from .interface.point_results import CLOSED, OPEN
 from .interface.present import PresentState
@@ -163,8 +162,9 @@ class Contact(Interaction):
             self.assembly.set_gamma(options.method.gamma)
         if offset is not None:
             self.offsets.set(offset)
-        mesh = self.surfaces.slave_u.function_space.mesh
-        spread_coefficient(friction, self.surfaces.zones, mesh)
+        if friction is not None:
+            mesh = self.surfaces.slave_u.function_space.mesh
+            friction.spread(self.surfaces.zones, mesh)
         self.bond: Any = None
         if adhesion is not None:
             self.bond = adhesion.bond(self, u, facet_tags, pairs, names)

@@ -61,6 +61,10 @@ class Hooks:
         the argument `smooth`; None: facets stay straight.
     free_bodies
         Makes the equations of free targets, from the coupled system.
+    bending
+        Finds coefficients of laws at nodes, from the coupled system, the pattern of the
+        volume and Dirichlet conditions, by ``bends(part)`` and ``coefficients(interfaces)``
+        until ``destroy()``; None: those of laws at points.
     constrain
         Makes the reduction of a problem's equations by constraints, given these, the
         system and Dirichlet conditions; None: a problem takes none.
@@ -79,6 +83,7 @@ class Hooks:
     as_target: Callable[[Any], Any] | None = None
     curve: Callable[[Any, Any, Any, Any], Any] | None = None
     free_bodies: Callable[[Any], Any] | None = None
+    bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
 

@@ -31,8 +31,8 @@ from ..core.errors import (
 )
 from ..core.interface.present import Follower
 from ..core.interface.zone_data import ZoneData
-from ..core.options.user_laws import check_functions, real_values
 from ..core.state import Quantity, of_function
+from ..user_laws.arguments import check_functions, real_values
 from .anderson import Anderson
 from .archard import Archard
 

@@ -6,7 +6,6 @@
 - layout: the numbering of all unknowns
 - surfaces, checks: facets as the C++ code takes them, and facets that it refuses
 - forms, thickness: forms of both sides, thickness of bodies
-- slave_fields: fields on slave facets, from numbers, Functions or callables; Functions that
-  terms bring
+- slave_fields: fields on slave facets, from numbers, Functions or callables
 - ranks: what ranks exchange: boxes, marks at dofs, counts of messages
 """

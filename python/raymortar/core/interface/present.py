@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Protocol
+from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -21,12 +21,10 @@ from ..errors import (
     together,
 )
 from ..hooks import hooks
-from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..state import Owner, Quantity, common, of_array, of_function
 from ..target import Target, require_same_loads
 from .contact_surfaces import ContactSurfaces
-from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover, require_masters, warn_of_corners
@@ -78,11 +76,9 @@ class PresentState:
         self._slip = Function(surfaces.scalar) if self.has_friction else None
         for zone in self._zones:
             zone.slip = self._slip
-        self._point_friction: PointFriction | None = None
-        if isinstance(options.friction, Friction):
-            self._point_friction = PointFriction(
-                options.friction, self._zones, self._comm
-            )
+        law = options.friction
+        at_points = None if law is None else law.at_points(self._zones, self._comm)
+        self._friction_at_points: Any = at_points
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
         self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
@@ -196,8 +192,8 @@ class PresentState:
         ranks is that of the accepted step. Collective."""
         if self._surfaces.tied is not None:
             return
-        if self._point_friction is not None:
-            self._point_friction.send(self._dt)
+        if self._friction_at_points is not None:
+            self._friction_at_points.send(self._dt)
         if not (self._cover is None or self._cover.alone or self._has_law_at_nodes):
             self._cover.share()
         if is_accepted:

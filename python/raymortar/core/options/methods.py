@@ -21,7 +21,7 @@ from ..errors import (
     is_whole_number,
     truth,
 )
-from .friction import LAWS, Law
+from .friction import Law
 
 STRATEGIES = ("bvh", "pang", "brute-force")
 FRAMES = ("automatic", "slave", "master")
@@ -230,7 +230,7 @@ class ContactOptions:
             raise ContactError(
                 f"method must be AugmentedLagrangian or Penalty, not {self.method!r}"
             )
-        if not (friction is None or isinstance(friction, LAWS)):
+        if not (friction is None or isinstance(friction, Law)):
             raise ContactError(
                 f"friction must be Coulomb, Tresca, Stick, Friction or None, not {friction!r}"
             )
