@@ -137,15 +137,23 @@ def _floor(place: str) -> Callable[..., Any]:
 hooks.judge = _floor("diagnose.outcome.require_convergence")
 hooks.check = _floor("diagnose.outcome.check")
 hooks.describe = _floor("diagnose.failure.describe")
-hooks.on_setup += [
-    _floor("diagnose.rigid_slaves.refuse_finer_rigid_slaves"),
-    _floor("diagnose.overlap.warn_of_overlaps"),
+hooks.on_made += [
+    _floor("setup.problems.check_coefficients"),
+    _floor("setup.problems.warn_of_shared_pairs"),
+    _floor("setup.problems.warn_of_plane_form"),
+    _floor("setup.inertia.warn_of_inertia"),
 ]
-hooks.on_first_pairs.append(_floor("diagnose.straight_facets.look_at_straight_facets"))
-hooks.on_accept.append(_floor("diagnose.straight_facets.warn_of_turned_arcs"))
+hooks.on_matrix.append(_floor("setup.memory.require_memory"))
+hooks.on_setup += [
+    _floor("setup.rigid_slaves.refuse_finer_rigid_slaves"),
+    _floor("setup.overlap.warn_of_overlaps"),
+]
+hooks.on_first_pairs.append(_floor("setup.straight_facets.look_at_straight_facets"))
+hooks.on_accept.append(_floor("setup.straight_facets.warn_of_turned_arcs"))
 hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
 hooks.results = _floor("results.nodal_fields.results_of")
+hooks.reactions = _floor("results.reactions.reactions")
 hooks.free_bodies = _floor("rigid.free_bodies.FreeBodies")
 hooks.bending = _floor("bending.coefficients.Bending")
 hooks.as_target = _floor("rigid.body.as_body")

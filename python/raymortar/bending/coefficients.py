@@ -32,7 +32,7 @@ class Bending:
     def __init__(
         self, system: CoupledSystem, volume: VolumePattern, bcs: Sequence[Any]
     ) -> None:
-        self._volume, self._bcs = volume, bcs
+        self._bcs = bcs
         of = system.unknowns, system.bodies, bcs, system.axisymmetric
         self._compliance = SurfaceCompliance(volume, *of)
 
@@ -40,7 +40,7 @@ class Bending:
         """Free PETSc's objects. Collective."""
         self._compliance.destroy()
 
-    def coefficients(self, interfaces: Interfaces) -> list[Array]:
+    def coefficients(self, part: ContactAssembly) -> list[Array]:
         """Coefficient of a law at nodes [theory (5.16)], a table for each zone.
         Traction per length. Collective.
 
@@ -49,9 +49,11 @@ class Bending:
         the geometric mean of the stiffness of (5.2) and the inverse of what the surface
         yields, where that is less.
         """
-        of_side = of_sides(self._volume, interfaces, self._bcs)
+        volume, interfaces = part.volume, part.surfaces.interfaces
+        assert volume is not None
+        of_side = of_sides(volume, interfaces, self._bcs)
         arcs = _of_arcs(of_side, interfaces, self._compliance)
-        stiffness = contact_stiffness(self._volume, interfaces, self._bcs)
+        stiffness = contact_stiffness(volume, interfaces, self._bcs)
         return [np.minimum(*both) for both in zip(stiffness, arcs)]
 
     def bends(self, part: ContactAssembly) -> bool:
@@ -64,7 +66,7 @@ class Bending:
         stiffness = part.contact_stiffness(self._bcs)
         if stiffness is None:
             return False
-        soft = self.coefficients(part.surfaces.interfaces)
+        soft = self.coefficients(part)
         return all((a < BENDS * b).all() for a, b in zip(soft, stiffness))
 
 
@@ -90,8 +92,7 @@ def _softer(part: ContactAssembly, bending: Bending) -> float | PairCoefficients
     led = surfaces.tied is None and surfaces.multiplier is not None
     if not (at_points and led) or part.contact_stiffness(()) is None:
         return None
-    of = surfaces.interfaces
-    return one_or_each(of, bending.coefficients(of))
+    return one_or_each(surfaces.interfaces, bending.coefficients(part))
 
 
 def _of_arcs(

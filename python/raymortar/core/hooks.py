@@ -39,6 +39,10 @@ class Hooks:
         Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
+    on_made
+        Called with a problem that has been made.
+    on_matrix
+        Called with a coupled system before the memory of its first matrix is taken.
     on_setup
         Called with a problem whose first matrix is made, before the first solve.
     on_first_pairs
@@ -63,18 +67,21 @@ class Hooks:
         Makes the equations of free targets, from the coupled system.
     bending
         Finds coefficients of laws at nodes, from the coupled system, the pattern of the
-        volume and Dirichlet conditions, by ``bends(part)`` and ``coefficients(interfaces)``
+        volume and Dirichlet conditions, by ``bends(part)`` and ``coefficients(part)``
         until ``destroy()``; None: those of laws at points.
     constrain
         Makes the reduction of a problem's equations by constraints, given these, the
         system and Dirichlet conditions; None: a problem takes none.
-    results
-        Makes the results of a contact, or of several in one problem; None: no results.
+    results, reactions
+        Makes the results of a contact, or of several in one problem; finds the forces of
+        a problem's supports by name. None: no results.
     """
 
     judge: Callable[[Any, bool, str], None] = require_convergence
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
+    on_made: list[Callable[[Any], None]] = field(default_factory=list)
+    on_matrix: list[Callable[[Any], None]] = field(default_factory=list)
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
     on_first_pairs: list[Callable[[Any], None]] = field(default_factory=list)
     on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
@@ -86,6 +93,7 @@ class Hooks:
     bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
+    reactions: Callable[[Any, Any], dict[str, Any]] | None = None
 
 
 hooks = Hooks()

@@ -20,14 +20,15 @@ from ..core.interface.zone_data import ZoneData, mean_facet_size
 from ..core.options.methods import AugmentedLagrangian, Penalty
 from ..core.problem import CoupledProblem
 from ..core.target import Target
+from ..results.tractions import seen_points
+from ..setup.rigid_slaves import distance_ratio
+from ..setup.straight_facets import ALLOWED, CURVED
 from .failure import automatic_gamma, compared, corner_between
 from .few_facets import FewFacets, approach
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
 from .passed_points import passed_points
-from .rigid_slaves import distance_ratio
 from .sliding import sliding_bodies
-from .straight_facets import ALLOWED, CURVED
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -164,7 +165,7 @@ def _zones(contact: Interaction) -> list[ZoneData]:
 
 def _pressed(zone: ZoneData, pair: str) -> Worst:
     """Find the largest penetration of a pressed point over its facet's size."""
-    points, surface = zone.seen_points(), zone.facets.slave_surface
+    points, surface = seen_points(zone), zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] > 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return NOTHING

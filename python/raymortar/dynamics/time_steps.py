@@ -11,7 +11,6 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from ..core.discretization.forms import check_functional
 from ..core.errors import (
     ContactError,
     ConvergenceError,
@@ -28,6 +27,7 @@ from ..mass.inertia import Inertia
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.strategies import Strategies
+from ..records.functionals import check_functional
 from ..records.history import History
 from ..records.output import LoadStep, Output, Progress
 from .account import Account, Energy

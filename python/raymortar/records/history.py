@@ -14,7 +14,6 @@ import numpy as np
 import ufl
 
 from ..core.compat import Array
-from ..core.discretization.forms import check_functional, check_supports, functional
 from ..core.errors import (
     ContactError,
     is_real_number,
@@ -31,7 +30,9 @@ from ..core.options.methods import Penalty
 from ..core.problem import CoupledProblem
 from ..core.solvers.solver import require_problem
 from ..core.state import Quantity
+from ..results.reactions import check_supports
 from ..results.sums import Resultant
+from .functionals import check_functional, functional
 from .patch_columns import (
     BodyColumns,
     Part,

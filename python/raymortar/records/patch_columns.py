@@ -14,11 +14,12 @@ from ..core import compat
 from ..core.compat import Array
 from ..core.errors import ContactError, direction, vector
 from ..core.interface.pairs import as_label
-from ..core.interface.point_results import CLOSED, largest_pressure
+from ..core.interface.point_results import CLOSED
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_part
 from ..results.sums import Resultant
+from ..results.tractions import largest_pressure
 from ..rigid.body import Body
 
 # Label, slave surface, index of the master (None: all), and what finds the resultant

@@ -32,6 +32,7 @@ from ..core.errors import (
 from ..core.interface.present import Follower
 from ..core.interface.zone_data import ZoneData
 from ..core.state import Quantity, of_function
+from ..results.tractions import seen_points
 from ..user_laws.arguments import check_functions, real_values
 from .anderson import Anderson
 from .archard import Archard
@@ -344,7 +345,7 @@ class Wear(Follower):
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:
         """Facets and places of the points that slip, and what the step wears there times
         area: depth, and depth over pressure, (n, 2)."""
-        points, dt = zone.seen_points(), self.contact.dt
+        points, dt = seen_points(zone), self.contact.dt
         slip = points["slip"] if zone.frictional else zone.cpp.slips_without_friction()
         nu = points["contact_normal"]
         p = -np.einsum("qi,qi->q", points["traction"], nu)

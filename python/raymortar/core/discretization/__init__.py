@@ -7,5 +7,5 @@
 - surfaces, checks: facets as the C++ code takes them, and facets that it refuses
 - forms, thickness: forms of both sides, thickness of bodies
 - slave_fields: fields on slave facets, from numbers, Functions or callables
-- ranks: what ranks exchange: boxes, marks at dofs, counts of messages
+- ranks: what ranks exchange: boxes, marks at dofs
 """

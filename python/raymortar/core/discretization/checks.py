@@ -35,8 +35,6 @@ MAX_FOLD = 1e-8
 CRACK = 0.985
 # A radius below this share of the mesh's size counts as zero
 _ON_AXIS = 1e-12
-# A force below this share of the stiffness is rounding error, if all radii grow by one
-_NO_HOOPS = 1e6 * float(np.finfo(float).eps)
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
@@ -351,18 +349,3 @@ def _off_axis(body: Target, moved: float) -> str:
         return "left the axis" if moved else ""
     ends = radius > 0.0 or hasattr(body.shape, "points")
     return "crossed the axis" if ends and nearest + moved < -tolerance else ""
-
-
-def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
-    """Warn if the form does not resist a growth of the radius, as hoops do.
-
-    The forces are those when all radii grow by 1, the diagonal that of the stiffness,
-    both at this rank's dofs.
-    """
-    sums = np.array([forces @ forces, diagonal @ diagonal])
-    hoops, stiffness = np.sqrt(comm.allreduce(sums))
-    if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:
-        warn(
-            "axisymmetric=True, but the form resists no growth of the radius: it needs "
-            "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
-        )

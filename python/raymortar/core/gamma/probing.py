@@ -14,7 +14,6 @@ from dolfinx.fem import Function
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from ..discretization.checks import warn_of_plane_form
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import destroy, ends_of
 from ..discretization.unknowns import Unknowns
@@ -77,8 +76,6 @@ class VolumePattern:
         self.response: Array | None = None
         self.stiffness = _parts(own)
         self._matrices = [K for K in itertools.chain(*blocks) if K is not None]
-        if axisymmetric:
-            warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
         if strains:
             probe = response_of_revolution if axisymmetric else strain_response
             self.response = probe(own, u)

@@ -15,7 +15,7 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Mask
-from ..errors import ContactError, is_real_number, together, warn
+from ..errors import ContactError, together
 from ..gamma.probing import VolumePattern
 from ..gamma.stiffness import contact_stiffness, shear_moduli
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
@@ -34,16 +34,6 @@ from ..options.methods import AugmentedLagrangian, Penalty
 _numbers = itertools.count()
 
 log = logging.getLogger("raymortar")
-
-# Largest ratio of gamma to the stiffness, and of a penalty the inverse of the least:
-# beyond, one of the two is lost in the rounding errors of the other
-FROM_STIFFNESS = 1e10
-# Least ratio with a multiplier. Without friction 1e-100 solves as 1 does, and 1e-200 has
-# errors of 1e-11, as squares of the unknowns overflow
-LEAST_AUGMENTATION = 1e-100
-# Ratios with a multiplier from which on Newton's method may fail: with friction it does
-# at 1e-6 and 1e3, without at 1e4 to 1e8
-DOUBTFUL = 1e-5, 1e3
 
 # Sets of conditions of which a contact remembers what they prescribe
 MOST_KNOWN = 2
@@ -261,34 +251,12 @@ class ContactAssembly:
         if self.gamma is None:
             at_nodes = surfaces.tied is None and self.method.condition == "nodes"
             if bending is not None and at_nodes:
-                tables = bending.coefficients(surfaces.interfaces)
+                tables = bending.coefficients(self)
             else:
                 tables = contact_stiffness(volume, surfaces.interfaces, bcs)
             tables = [self.method.automatic_factor * table for table in tables]
             self.automatic_gamma = one_or_each(surfaces.interfaces, tables)
             self.set_gamma(self.automatic_gamma)
-        elif is_real_number(self.gamma):
-            self._check_size(bcs)
-
-    def _check_size(self, bcs: Sequence[Any]) -> None:
-        """Raise for a number gamma that no solve can do with, warn of one with which
-        Newton's method may fail. Collective."""
-        surfaces, tables = self.surfaces, self.contact_stiffness(bcs)
-        if tables is None:
-            return
-        stiffness = min(float(table.min()) for table in tables)
-        ratio = self.gamma_scale / stiffness
-        has_multiplier = surfaces.multiplier is not None
-        least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
-        text = (
-            f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
-            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
-        )
-        if not least < ratio < FROM_STIFFNESS:
-            raise ContactError(text)
-        is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
-        if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it", page="contact")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""

@@ -22,7 +22,6 @@ from ..gamma.probing import VolumePattern
 from ..hooks import hooks
 from .assembly import ContactAssembly
 from .iterates import CoupledIterates
-from .memory import require_memory
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
@@ -172,9 +171,8 @@ class CoupledSystem(CoupledIterates):
             zone.positions.forget()
         # A later matrix takes the memory of the last one
         if not self.preallocations:
-            parts = self.parts
-            zones = ((z, part.layout.components) for part in parts for z in part.zones)
-            require_memory(self.comm, self._volume, zones)
+            for look in hooks.on_matrix:
+                look(self)
         for part in self.parts:
             part.preallocations += 1
             part.extensions += extended

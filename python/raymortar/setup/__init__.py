@@ -1,0 +1,6 @@
+"""Faults of a problem that are found before its first solve.
+
+- problems, inertia: a problem that has been made: gamma, pairs, forms
+- memory: its matrix, against the memory that there is
+- overlap, rigid_slaves, straight_facets: its undeformed meshes
+"""
