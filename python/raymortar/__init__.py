@@ -137,6 +137,7 @@ def _floor(place: str) -> Callable[..., Any]:
 hooks.judge = _floor("diagnose.outcome.require_convergence")
 hooks.check = _floor("diagnose.outcome.check")
 hooks.describe = _floor("diagnose.failure.describe")
+hooks.on_revolved.append(_floor("setup.revolution.check"))
 hooks.on_made += [
     _floor("setup.problems.check_coefficients"),
     _floor("setup.problems.warn_of_shared_pairs"),
@@ -154,7 +155,10 @@ hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
 hooks.results = _floor("results.nodal_fields.results_of")
 hooks.reactions = _floor("results.reactions.reactions")
+hooks.adjust = _floor("setup.adjustment.adjust")
 hooks.free_bodies = _floor("rigid.free_bodies.FreeBodies")
+hooks.all_facets = _floor("self_contact.all_facets.all_facets")
+hooks.never_meet = _floor("self_contact.never_meet.facets_that_never_meet")
 hooks.bending = _floor("bending.coefficients.Bending")
 hooks.as_target = _floor("rigid.body.as_body")
 hooks.curve = _floor("smooth.curving.curve")

@@ -39,6 +39,8 @@ class Hooks:
         Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
+    on_revolved
+        Called with the displacement and the facets of the zones of a solid of revolution.
     on_made
         Called with a problem that has been made.
     on_matrix
@@ -60,9 +62,15 @@ class Hooks:
     as_target
         Makes a `Target` of what may be the master of a pair in place of a tag, and leaves
         all else as it is; None: a pair has tags and targets alone.
+    all_facets, never_meet
+        Sorts all exterior facets by tag and body, from the displacement, the mesh and its
+        tags; lists facets that never meet each other, from two surfaces that share
+        vertices and the communicator. None: sides are tags, and apart.
     curve
         Curves a surface of straight facets, from the surface, the mesh, its facets and
         the argument `smooth`; None: facets stay straight.
+    adjust
+        Makes near surfaces of a contact just touch, given a length; None: no adjustment.
     free_bodies
         Makes the equations of free targets, from the coupled system.
     bending
@@ -80,6 +88,7 @@ class Hooks:
     judge: Callable[[Any, bool, str], None] = require_convergence
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
+    on_revolved: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_made: list[Callable[[Any], None]] = field(default_factory=list)
     on_matrix: list[Callable[[Any], None]] = field(default_factory=list)
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
@@ -88,7 +97,10 @@ class Hooks:
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
     as_target: Callable[[Any], Any] | None = None
+    all_facets: Callable[[Any, Any, Any], Any] | None = None
+    never_meet: Callable[[Any, Any, Any], Any] | None = None
     curve: Callable[[Any, Any, Any, Any], Any] | None = None
+    adjust: Callable[[Any, float], Any] | None = None
     free_bodies: Callable[[Any], Any] | None = None
     bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None

@@ -2,6 +2,7 @@
 
 - schemes: schemes of time integration, paths of time
 - motion, moving_bodies: what a step starts from, and inertia in its equations
+- rest: static balance of values without mass
 - time_steps: the loop over steps
 - account: energies and momentum
 """

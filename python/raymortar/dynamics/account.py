@@ -15,8 +15,9 @@ from ..core.compat import Array
 from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_array, of_function
 from ..records.functionals import functional
-from .motion import End, Motion, Rest
+from .motion import End, Motion
 from .moving_bodies import MovingBodies
+from .rest import Rest
 from .schemes import Midpoint
 
 

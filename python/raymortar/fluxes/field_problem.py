@@ -27,7 +27,6 @@ from ..core.gamma.probing import row_sums
 from ..core.solvers.linear import direct
 from ..core.solvers.petsc_objects import (
     PetscOptions,
-    kept_inside,
     make_regular,
     new_prefix,
     raising,
@@ -35,6 +34,7 @@ from ..core.solvers.petsc_objects import (
 )
 from ..core.system.volume import Forms
 from ..core.terms import apart, require_apart
+from ..solvers.inner import kept_inside
 from .field_tie import FieldTie
 from .flux import Flux
 from .flux_terms import FluxTerms

@@ -11,13 +11,13 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import versions
+from ..arguments import new_file
 from ..core import compat
 from ..core.compat import Array
 from ..core.discretization.joined import parts_of
 from ..core.errors import (
     ContactError,
     is_real_number,
-    new_file,
     raise_everywhere,
     require_agreement,
     together,

@@ -1,7 +1,8 @@
 """Results of a contact: points, fields, forces, counts, segments.
 
 - points: arrays over points; nodal_fields: averages of them at nodes
-- tractions, levers: what acts at points, and where on the bodies
+- tractions: what acts at points, and where on the bodies
+- looking: points that are found once for all who look at a state
 - sums, communication: forces, energies and counts summed over points and ranks
 - segments: files of segments and points
 """

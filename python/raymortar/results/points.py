@@ -13,11 +13,12 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.mesh import Mesh
 
+from ..arguments import as_path
 from ..core.compat import Array
 from ..core.discretization.facets import interpolate, reference_corners
 from ..core.discretization.joined import parts_of
 from ..core.discretization.tagged import Part
-from ..core.errors import ContactError, as_path, is_whole_number, together, warn
+from ..core.errors import ContactError, is_whole_number, together, warn
 from ..core.interface.pairs import PairTable, as_label, names_by_tag
 from ..core.interface.point_results import CLOSED, accumulated_slip, undeformed
 from ..core.interface.zone_data import ZoneData

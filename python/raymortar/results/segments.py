@@ -17,8 +17,9 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
+from ..arguments import writing
 from ..core.compat import Array
-from ..core.errors import ContactError, writing
+from ..core.errors import ContactError
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, positions
 from .tractions import seen_points

@@ -18,11 +18,13 @@ from ..core.interface.point_results import CLOSED, OPEN, OfPoints, pressures
 from ..core.interface.zone_data import ZoneData
 from ..core.target import Target
 from .communication import Communication, communication
-from .levers import arms, have_feet, levers
 from .tractions import (
     along_normal,
+    arms,
     between_nodes,
+    have_feet,
     largest_pressure,
+    levers,
     seen_points,
     traction_part,
     tractions,

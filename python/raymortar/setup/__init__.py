@@ -1,5 +1,7 @@
 """Faults of a problem that are found before its first solve.
 
+- revolution: facets and tools of solids of revolution
+- adjustment: surfaces that should just touch
 - problems, inertia: a problem that has been made: gamma, pairs, forms
 - memory: its matrix, against the memory that there is
 - overlap, rigid_slaves, straight_facets: its undeformed meshes

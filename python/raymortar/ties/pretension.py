@@ -12,12 +12,12 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
+from ..arguments import direction
 from ..core.compat import Array
 from ..core.convergence.balance import EPS
 from ..core.discretization.facets import shape_functions
 from ..core.errors import (
     ContactError,
-    direction,
     is_real_number,
     is_whole_number,
     raise_everywhere,

@@ -5,8 +5,8 @@ import pytest
 from load_paths import top_moves
 
 from raymortar import History
-from raymortar.core.interface import looking
 from raymortar.core.interface.zone_data import ZoneData
+from raymortar.results import looking
 from raymortar.results.tractions import seen_points
 
 

@@ -2,7 +2,7 @@
 
 - unknowns: the unknowns: a displacement alone or beside others
 - joined: several meshes as one
-- facets, tagged: tagged facets and facets of all bodies, turned outward
+- facets, tagged: tagged facets, turned outward
 - layout: the numbering of all unknowns
 - surfaces, checks: facets as the C++ code takes them, and facets that it refuses
 - forms, thickness: forms of both sides, thickness of bodies

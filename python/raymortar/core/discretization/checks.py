@@ -16,11 +16,10 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from ..errors import ContactError, format_point, raise_everywhere, together, warn
+from ..errors import ContactError, format_point, raise_everywhere, together
 from ..target import Target
 from . import facets as lookup
 from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
-from .joined import parts_of
 from .ranks import count_marks, sums_at
 from .surfaces import facet_areas
 
@@ -34,7 +33,7 @@ MAX_FOLD = 1e-8
 # Least cosine between the mean normals of the two faces of a crack at its tip: 10 degrees
 CRACK = 0.985
 # A radius below this share of the mesh's size counts as zero
-_ON_AXIS = 1e-12
+ON_AXIS = 1e-12
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
@@ -253,77 +252,21 @@ def weight(mesh: Mesh) -> Any:
     return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]
 
 
-def check_half_plane(u: Any) -> None:
-    """Refuse meshes that are not 2D, or that have nodes with r < 0."""
-    for mesh in (part.function_space.mesh for part in parts_of(u)):
-        with together(mesh.comm):
-            if mesh.geometry.dim != 2:
-                raise ContactError(
-                    "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; "
-                    f"this one is in {mesh.geometry.dim}D"
-                )
-            X = coordinates(mesh)
-            behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
-            if len(behind):
-                raise ContactError(
-                    f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, "
-                    f"for example at {format_point(X[behind[0]], X)}: the axis is r = 0, "
-                    "the mesh the half plane r >= 0"
-                )
-
-
-def _size(X: Array) -> float:
+def size_of(X: Array) -> float:
     """Largest magnitude of a coordinate on this rank."""
     return float(np.abs(X).max(initial=0.0))
 
 
-def _on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
+def on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
     """Find the facets on the axis, and the nodes of all."""
     X = coordinates(mesh)
     nodes = X[lookup.node_table(mesh, facets)]
-    return (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1), nodes
+    return (nodes[:, :, 0] <= ON_AXIS * size_of(X)).all(axis=1), nodes
 
 
 def off_axis(mesh: Mesh, facets: Facets) -> Facets:
     """Leave out facets on the axis."""
-    return facets.some(~_on_axis(mesh, facets)[0])
-
-
-def check_off_axis(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets on the axis, where the solid has no surface."""
-    on, nodes = _on_axis(mesh, facets)
-    with together(mesh.comm):
-        if on.any():
-            middle = nodes[on][0].mean(axis=0)
-            raise ContactError(
-                f"{int(on.sum())} facet(s) with {facets.spoken} lie on the axis r = 0, "
-                f"the first at {format_point(middle, nodes)}: in a full turn they are "
-                "no surface"
-            )
-
-
-def check_revolved(bodies: Sequence[Target]) -> None:
-    """Refuse rigid bodies that are free to leave the axis, or to tilt.
-
-    The tool is what the part of a section at r >= 0 makes in a full turn, which is a
-    solid wherever the section crosses the axis. A circle with its centre beside the
-    axis is then no ball, which is warned of.
-    """
-    for body in bodies:
-        others = [name for name in body.freedom.names if name != "y"]
-        if others:
-            raise ContactError(
-                f"axisymmetric=True, but the rigid {body.name} is free along "
-                f"{', '.join(others)}: a solid of revolution stays one if it moves "
-                'along the axis only, free = ("y",)'
-            )
-        radius, centre = getattr(body.shape, "radius", 0.0), abs(body.shape.place[0])
-        if _ON_AXIS * radius < centre < (1.0 - _ON_AXIS) * radius:
-            warn(
-                f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
-                f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
-                "no ball. A ball has its centre at r = 0",
-            )
+    return facets.some(~on_axis(mesh, facets)[0])
 
 
 def off_axis_fault(bodies: Sequence[Target]) -> str | None:
@@ -344,7 +287,7 @@ def _off_axis(body: Target, moved: float) -> str:
     """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
     points = getattr(body.shape, "points", body.shape.place[None])
     radius = getattr(body.shape, "radius", 0.0)
-    nearest, tolerance = points[:, 0].min() - radius, _ON_AXIS * _size(points)
+    nearest, tolerance = points[:, 0].min() - radius, ON_AXIS * size_of(points)
     if nearest <= tolerance:
         return "left the axis" if moved else ""
     ends = radius > 0.0 or hasattr(body.shape, "points")

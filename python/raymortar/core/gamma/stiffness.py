@@ -25,11 +25,7 @@ from ..discretization.surfaces import (
 from ..errors import ContactError, raise_everywhere
 from ..interface.coefficients import Interfaces, Measure
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.zone_data import ZoneData, mean_facet_size
 from .probing import VolumePattern, deviators, stiffness_without_bulk
-
-# Pressure that is rounding error, of gamma times the size of a facet
-NO_PRESSURE = 1e-10
 
 
 def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
@@ -124,29 +120,6 @@ def contact_stiffness(
         )
     raise_everywhere(interfaces.layout.comm, message, ContactError)
     return [np.where(np.isfinite(table), table, least) for table in tables]
-
-
-def stiffness_ratios(
-    volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any] = ()
-) -> list[Array]:
-    """Modulus of the slave's side of pairs of bodies over that of the master's.
-
-    A table for each zone; 0 where one side cannot move or has no stiffness. Collective.
-    """
-
-    def pair(slave: Array, master: Array) -> Array:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = slave[:, 0] * slave[:, 2] / (master[:, 0] * master[:, 2])
-        moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
-        return np.where(moves & np.isfinite(ratio), ratio, 0.0)
-
-    return interfaces.tables(of_sides(volume, interfaces, bcs), pair)
-
-
-def rounding_force(zone: ZoneData, gamma: float) -> float:
-    """Force on a slave facet of mean size that is rounding error. Collective."""
-    size = mean_facet_size([zone])
-    return float(NO_PRESSURE * gamma * size**zone.facets.slave_surface.gdim)
 
 
 def shear_moduli(

@@ -27,7 +27,7 @@ from ..target import Target, require_same_loads
 from .contact_surfaces import ContactSurfaces
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
-from .slave_nodes import Cover, require_masters, warn_of_corners
+from .slave_nodes import Cover
 from .unfelt import UnfeltParts
 from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
@@ -54,8 +54,9 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
-    has_friction, unfelt
-        Whether the contact has friction, and parts of the multiplier that nothing feels.
+    has_friction, unfelt, cover
+        Whether the contact has friction, parts of the multiplier that nothing feels, and
+        the nodes of a multiplier that masters cover.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -68,9 +69,9 @@ class PresentState:
         self._zones, self._unknowns = surfaces.zones, surfaces.unknowns
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
-        self._cover: Cover | None = None
+        self.cover: Cover | None = None
         if self._multiplier is not None and not self._has_law_at_nodes:
-            self._cover = Cover(self._zones, self._multiplier.function_space)
+            self.cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
         # Length of the slip of all accepted steps
         self._slip = Function(surfaces.scalar) if self.has_friction else None
@@ -194,24 +195,13 @@ class PresentState:
             return
         if self._friction_at_points is not None:
             self._friction_at_points.send(self._dt)
-        if not (self._cover is None or self._cover.alone or self._has_law_at_nodes):
-            self._cover.share()
+        if not (self.cover is None or self.cover.alone or self._has_law_at_nodes):
+            self.cover.share()
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
                 for look in hooks.on_first_pairs:
                     look(self._surfaces)
-
-    def pair_tie(self, partial: bool) -> None:
-        """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
-        `partial`."""
-        for zone in self._zones:
-            with together(self._comm):
-                zone.cpp.pair()
-        require_masters(self._surfaces, partial)
-        if self._cover is not None:
-            self._cover.share()
-            warn_of_corners(self._surfaces)
 
     # Steps
 

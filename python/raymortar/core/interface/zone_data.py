@@ -144,7 +144,7 @@ class ZoneData:
     met: set[int] = field(default_factory=set)
     # Whether the undeformed surface goes on flat around each slave facet; None: not asked
     inside_flats: Mask | None = None
-    # Points of a state that several look at, see `looking.at`; None: each finds them
+    # Points of a state that several look at, see `results.looking`; None: each finds them
     kept_points: dict[str, Array] | None = None
 
     @property
@@ -241,19 +241,6 @@ def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
     return slave, master
 
 
-# Ways of slave facets from the points opposite to them at the accepted step
-
-
-@dataclass(frozen=True)
-class Path:
-    """Places of the slave points relative to those opposite to them. Lengths."""
-
-    x: Array  # present positions of the slave points, (n, d)
-    gap: Array  # of the master's point along the slave's normal, (n,)
-    slide: Array  # across the normal, (n,)
-    thickness: Array  # of the master behind its facet, (n,)
-
-
 def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
     """Deformed position of a point of each facet, (n, d). Length.
 
@@ -274,30 +261,6 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     U = u[surface.dofs[surface.facet_dofs[facets]]]
     tangents = np.einsum("ina,nad->ind", dN, X) + np.einsum("ina,nad->ind", dM, U)
     return units(normals(tangents))
-
-
-def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
-    """Present positions of slave points and of those opposite to them. Collective.
-
-    The ranks that own the masters' facets give where their points are, and the
-    thickness behind them.
-    """
-    comm, (surface, master) = zone.comm, zone.sides
-    x = positions(surface, opposite.facet, opposite.xi, u)
-    n = unit_normals(surface, opposite.facet, opposite.xi, u)
-    ids, eta = of_all(comm, opposite.master, opposite.eta)
-    answers = np.zeros((len(ids), master.gdim + 1))
-    local = index_among(master.facet_ids, ids)
-    here = local >= 0
-    answers[here, :-1] = positions(master, local[here], eta[here], u)
-    thickness = np.minimum(zone.thickness[1][local[here]], np.finfo(float).max)
-    answers[here, -1] = thickness
-    comm.Allreduce(MPI.IN_PLACE, answers)
-    start = sum(comm.allgather(len(x))[: comm.rank])
-    mine = answers[start : start + len(x)]
-    way = mine[:, :-1] - x
-    gap = np.einsum("nd,nd->n", way, n)
-    return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
 
 
 def _pressed(found: dict[str, Any]) -> dict[str, Any]:
