@@ -138,6 +138,7 @@ hooks.judge = _floor("diagnose.outcome.require_convergence")
 hooks.check = _floor("diagnose.outcome.check")
 hooks.describe = _floor("diagnose.failure.describe")
 hooks.on_revolved.append(_floor("setup.revolution.check"))
+hooks.on_revolved_tools.append(_floor("setup.revolution.check_tools"))
 hooks.on_made += [
     _floor("setup.problems.check_coefficients"),
     _floor("setup.problems.warn_of_shared_pairs"),

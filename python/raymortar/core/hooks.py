@@ -39,8 +39,9 @@ class Hooks:
         Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
-    on_revolved
-        Called with the displacement and the facets of the zones of a solid of revolution.
+    on_revolved, on_revolved_tools
+        Called with the displacement and the facets of the zones of a solid of revolution;
+        and with the tools that it meets and the communicator, where they have moved.
     on_made
         Called with a problem that has been made.
     on_matrix
@@ -89,6 +90,7 @@ class Hooks:
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
     on_revolved: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_revolved_tools: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_made: list[Callable[[Any], None]] = field(default_factory=list)
     on_matrix: list[Callable[[Any], None]] = field(default_factory=list)
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)

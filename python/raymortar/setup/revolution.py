@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from mpi4py import MPI
+
 import numpy as np
 from dolfinx.mesh import Mesh
 
@@ -12,7 +14,14 @@ from ..core.discretization.checks import ON_AXIS, on_axis, size_of
 from ..core.discretization.facets import Facets, coordinates
 from ..core.discretization.joined import parts_of
 from ..core.discretization.tagged import ZoneFacets
-from ..core.errors import ContactError, format_point, together, warn
+from ..core.errors import (
+    ContactError,
+    SetUpError,
+    format_point,
+    raise_everywhere,
+    together,
+    warn,
+)
 from ..core.target import Target
 
 
@@ -26,6 +35,11 @@ def check(u: Any, zones: Sequence[ZoneFacets]) -> None:
         _check_off_axis(meshes[zone.slave_part], zone.slave)
         for master in zone.masters:
             _check_off_axis(meshes[zone.master_part], master)
+
+
+def check_tools(bodies: Sequence[Target], comm: MPI.Comm) -> None:
+    """Refuse tools that have left the axis, or have turned. Collective."""
+    raise_everywhere(comm, _off_axis_fault(bodies), SetUpError)
 
 
 def _check_half_plane(u: Any) -> None:
@@ -82,3 +96,28 @@ def _check_revolved(bodies: Sequence[Target]) -> None:
                 f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
                 "no ball. A ball has its centre at r = 0",
             )
+
+
+def _off_axis_fault(bodies: Sequence[Target]) -> str | None:
+    """Name a rigid body that has left or crossed the axis, or has turned."""
+    for body in bodies:
+        motion = body.motion()
+        off, turn = _off_axis(body, motion[0]), motion[5]
+        if off or turn:
+            way = f"{off} by {motion[0]:.4g}" if off else f"turned by {turn:.4g}"
+            return (
+                f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
+                "revolution stays one if it moves along the axis only, move((0, z))"
+            )
+    return None
+
+
+def _off_axis(body: Target, moved: float) -> str:
+    """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
+    points = getattr(body.shape, "points", body.shape.place[None])
+    radius = getattr(body.shape, "radius", 0.0)
+    nearest, tolerance = points[:, 0].min() - radius, ON_AXIS * size_of(points)
+    if nearest <= tolerance:
+        return "left the axis" if moved else ""
+    ends = radius > 0.0 or hasattr(body.shape, "points")
+    return "crossed the axis" if ends and nearest + moved < -tolerance else ""

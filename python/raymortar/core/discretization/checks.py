@@ -6,7 +6,6 @@ the axis r = 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,6 @@ from dolfinx.mesh import Mesh
 from .. import compat
 from ..compat import Array, Indices, Mask
 from ..errors import ContactError, format_point, raise_everywhere, together
-from ..target import Target
 from . import facets as lookup
 from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
 from .ranks import count_marks, sums_at
@@ -267,28 +265,3 @@ def on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
 def off_axis(mesh: Mesh, facets: Facets) -> Facets:
     """Leave out facets on the axis."""
     return facets.some(~on_axis(mesh, facets)[0])
-
-
-def off_axis_fault(bodies: Sequence[Target]) -> str | None:
-    """Name a rigid body that has left or crossed the axis, or has turned."""
-    for body in bodies:
-        motion = body.motion()
-        off, turn = _off_axis(body, motion[0]), motion[5]
-        if off or turn:
-            way = f"{off} by {motion[0]:.4g}" if off else f"turned by {turn:.4g}"
-            return (
-                f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
-                "revolution stays one if it moves along the axis only, move((0, z))"
-            )
-    return None
-
-
-def _off_axis(body: Target, moved: float) -> str:
-    """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
-    points = getattr(body.shape, "points", body.shape.place[None])
-    radius = getattr(body.shape, "radius", 0.0)
-    nearest, tolerance = points[:, 0].min() - radius, ON_AXIS * size_of(points)
-    if nearest <= tolerance:
-        return "left the axis" if moved else ""
-    ends = radius > 0.0 or hasattr(body.shape, "points")
-    return "crossed the axis" if ends and nearest + moved < -tolerance else ""

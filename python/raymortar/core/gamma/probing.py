@@ -153,23 +153,6 @@ def _couplings(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Array:
     return found
 
 
-def row_sums(a: Any, layout: CoupledRows) -> Array:
-    """Sum the absolute entries of each owned row of the forms over its own Function.
-    Collective."""
-    table = a if isinstance(a, list) else [[a]]
-    sizes = np.diff(layout.unknowns.owned_starts)
-    found = []
-    for k, n in enumerate(sizes):
-        K = _assembled(table[k][k])
-        if K is None:
-            found.append(np.zeros(n))
-            continue
-        offsets, _, values = K.getValuesCSR()
-        found.append(np.diff(np.append(0.0, np.cumsum(np.abs(values)))[offsets]))
-        K.destroy()
-    return np.concatenate(found)
-
-
 def _of_displacement(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Any:
     """The displacement's diagonal block, or blocks, as `_parts` takes them."""
     if unknowns.is_plain:

@@ -11,10 +11,8 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
-    SetUpError,
     positive,
     raise_everywhere,
     require_agreement,
@@ -162,7 +160,8 @@ class PresentState:
         for zone in self._zones:
             bodies = zone.facets.bodies
             if self._surfaces.axisymmetric and bodies:
-                raise_everywhere(self._comm, off_axis_fault(bodies), SetUpError)
+                for check in hooks.on_revolved_tools:
+                    check(bodies, self._comm)
             require_same_loads(bodies, self._comm)
             if self.has_friction:
                 raise_everywhere(self._comm, zone.motions.turned_too_far())
