@@ -1,5 +1,5 @@
 """DOLFINx meshes out of arrays, in every version of DOLFINx."""
 
-from raymortar.core.compat import create_mesh
+from raymortar.versions import create_mesh
 
 __all__ = ["create_mesh"]

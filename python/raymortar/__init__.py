@@ -10,7 +10,7 @@ from .core.contact import Contact
 from .core.errors import ContactError, ContactWarning, ConvergenceError
 from .core.hooks import hooks
 from .core.nonlinear_problem import NonlinearProblem
-from .core.options.friction import Coulomb, Friction, Stick, Tresca
+from .core.options.friction import Coulomb, Stick, Tresca
 from .core.options.methods import AugmentedLagrangian, Penalty, Search
 from .core.solvers.newton import NewtonSolver, SNESSolver
 
@@ -29,14 +29,15 @@ if TYPE_CHECKING:
     )
     from .adhesion.cohesive import Cohesive
     from .condensed.condensed_problem import CondensedProblem
-    from .dynamics.inertia import Inertia
     from .dynamics.time_steps import TimeSteps
+    from .mass.inertia import Inertia
     from .paths.load_steps import LoadSteps
     from .plotting.picture import plot
     from .records.checkpoint import Checkpoint
     from .records.history import History
     from .ties.pretension import Pretension
     from .ties.tie import Tie
+    from .user_laws.friction import Friction
 
 __version__ = "0.1.0"
 
@@ -83,8 +84,9 @@ _PLACES = {
     "Checkpoint": ".records.checkpoint",
     "Cohesive": ".adhesion.cohesive",
     "CondensedProblem": ".condensed.condensed_problem",
+    "Friction": ".user_laws.friction",
     "History": ".records.history",
-    "Inertia": ".dynamics",
+    "Inertia": ".mass.inertia",
     "LoadSteps": ".paths.load_steps",
     "Pretension": ".ties.pretension",
     "Tie": ".ties.tie",
@@ -112,7 +114,7 @@ _MOVED = {
     "Status": "results.Status",
     "ToolField": "fluxes.ToolField",
     "Wear": "fluxes.Wear",
-    "compat": "core.compat",
+    "compat": "versions",
     "partitions": "io.partitions",
 }
 
@@ -135,16 +137,32 @@ def _floor(place: str) -> Callable[..., Any]:
 hooks.judge = _floor("diagnose.outcome.require_convergence")
 hooks.check = _floor("diagnose.outcome.check")
 hooks.describe = _floor("diagnose.failure.describe")
-hooks.on_setup += [
-    _floor("diagnose.rigid_slaves.refuse_finer_rigid_slaves"),
-    _floor("diagnose.overlap.warn_of_overlaps"),
+hooks.on_revolved.append(_floor("setup.revolution.check"))
+hooks.on_revolved_tools.append(_floor("setup.revolution.check_tools"))
+hooks.on_volume += [
+    _floor("setup.volumes.check_coefficients"),
+    _floor("setup.volumes.warn_of_plane_form"),
 ]
-hooks.on_first_pairs.append(_floor("diagnose.straight_facets.look_at_straight_facets"))
-hooks.on_accept.append(_floor("diagnose.straight_facets.warn_of_turned_arcs"))
+hooks.on_made += [
+    _floor("setup.shared_pairs.warn_of_shared_pairs"),
+    _floor("setup.inertia.warn_of_inertia"),
+]
+hooks.on_matrix.append(_floor("setup.memory.require_memory"))
+hooks.on_setup += [
+    _floor("setup.rigid_slaves.refuse_finer_rigid_slaves"),
+    _floor("setup.overlap.warn_of_overlaps"),
+]
+hooks.on_first_pairs.append(_floor("setup.straight_facets.look_at_straight_facets"))
+hooks.on_accept.append(_floor("setup.straight_facets.warn_of_turned_arcs"))
 hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
 hooks.results = _floor("results.nodal_fields.results_of")
+hooks.reactions = _floor("results.reactions.reactions")
+hooks.adjust = _floor("setup.adjustment.adjust")
 hooks.free_bodies = _floor("rigid.free_bodies.FreeBodies")
+hooks.all_facets = _floor("self_contact.all_facets.all_facets")
+hooks.never_meet = _floor("self_contact.never_meet.facets_that_never_meet")
+hooks.bending = _floor("bending.coefficients.Bending")
 hooks.as_target = _floor("rigid.body.as_body")
 hooks.curve = _floor("smooth.curving.curve")
 hooks.constrain = _floor("constraints.reduction.Constraints")

@@ -9,6 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
+from dolfinx.fem.petsc import assemble_matrix
 from scipy.sparse import block_diag, bsr_matrix, coo_array, csr_matrix
 
 from . import _cpp
@@ -144,3 +145,21 @@ def values_at(vector: PETSc.Vec, rows: Any) -> Array:
     found: Array = here.array_r.reshape(-1, width)[back.ravel()].copy()
     destroy(scatter, here, at)
     return found
+
+
+def row_sums(a: Any, layout: CoupledRows) -> Array:
+    """Sum the absolute entries of each owned row of the forms over its own Function.
+    Collective."""
+    table = a if isinstance(a, list) else [[a]]
+    sizes = np.diff(layout.unknowns.owned_starts)
+    found = []
+    for k, n in enumerate(sizes):
+        if table[k][k] is None:
+            found.append(np.zeros(n))
+            continue
+        K = assemble_matrix(table[k][k])
+        K.assemble()
+        offsets, _, values = K.getValuesCSR()
+        found.append(np.diff(np.append(0.0, np.cumsum(np.abs(values)))[offsets]))
+        K.destroy()
+    return np.concatenate(found)

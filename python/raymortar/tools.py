@@ -18,15 +18,14 @@ from dolfinx import fem
 from dolfinx.mesh import Mesh
 
 from .core import compat
-from .core.compat import (
+from .core.compat import scalar_space, vector_space
+from .core.errors import ContactError, described, spoken_tag, together
+from .versions import (
     AtQuadraturePoints,
     mixed_space,
     quadrature_space,
-    scalar_space,
     set_at_quadrature_points,
-    vector_space,
 )
-from .core.errors import ContactError, described, spoken_tag, together
 
 __all__ = [
     "AtQuadraturePoints",

@@ -19,6 +19,7 @@ from problems import COMM, DIMENSION, fix, stack
 import raymortar
 from meshes.blocks import Block
 from meshes.meshing import Scene, assemble_blocks
+from raymortar import versions
 from raymortar.core import compat
 from raymortar.io.partitions import strips
 
@@ -117,7 +118,7 @@ def hosted(way, scene, parts, residual, conditions_of, **options):
     """
     mesh = scene.mesh
     if way == "mixed":
-        w = fem.Function(compat.mixed_space(mesh, *parts.values()), name="w")
+        w = fem.Function(versions.mixed_space(mesh, *parts.values()), name="w")
         functions, given = [w], w.sub(0)
         unknowns = ufl.split(w)
         tests = ufl.split(ufl.TestFunction(w.function_space))
@@ -280,7 +281,7 @@ def apart(
         dx = ufl.dx(mesh, metadata={"quadrature_degree": 4})
         if mixed:
             parts = ("Lagrange", 2, (dim,)), ("Lagrange", 1, ())
-            w = fem.Function(compat.mixed_space(mesh, *parts))
+            w = fem.Function(versions.mixed_space(mesh, *parts))
             (u, p), (v, q) = ufl.split(w), ufl.split(ufl.TestFunction(w.function_space))
             stress, constraint = neo_hookean(u, p, 2000.0 * MU)
             F.append((ufl.inner(stress, ufl.grad(v)) + constraint * q) * dx)

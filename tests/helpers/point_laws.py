@@ -8,7 +8,7 @@ from dolfinx import fem
 from problems import fix
 
 from meshes.scenes import two_blocks
-from raymortar import Contact, NonlinearProblem
+from raymortar import Contact, NonlinearProblem, versions
 from raymortar.core import compat
 
 DEGREE = 2  # of the rule
@@ -37,9 +37,9 @@ class PointLaw:
         self.u, self.calls, self.fails = u, [], lambda: None
         self.stiffening = STIFFENING
         mesh = u.function_space.mesh
-        self.stress = fem.Function(compat.quadrature_space(mesh, DEGREE, (3,)))
-        self.tangent = fem.Function(compat.quadrature_space(mesh, DEGREE, (3, 3)))
-        self._strain = compat.AtQuadraturePoints(strain(u), mesh, DEGREE)
+        self.stress = fem.Function(versions.quadrature_space(mesh, DEGREE, (3,)))
+        self.tangent = fem.Function(versions.quadrature_space(mesh, DEGREE, (3, 3)))
+        self._strain = versions.AtQuadraturePoints(strain(u), mesh, DEGREE)
 
     def stress_at(self, e):
         """Stress of strains, (..., 3)."""
@@ -57,8 +57,8 @@ class PointLaw:
         tangent = LAMBDA * np.outer(m, m) + np.zeros((*e.shape, 3))
         tangent += (2.0 * MU + c * (e**2).sum(-1))[..., None, None] * np.eye(3)
         tangent += 2.0 * c * e[..., :, None] * e[..., None, :]
-        compat.set_at_quadrature_points(self.stress, self.stress_at(e))
-        compat.set_at_quadrature_points(self.tangent, tangent)
+        versions.set_at_quadrature_points(self.stress, self.stress_at(e))
+        versions.set_at_quadrature_points(self.tangent, tangent)
 
     def is_up_to_date(self):
         """Whether the stress is that of the present displacement."""

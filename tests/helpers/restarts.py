@@ -24,6 +24,7 @@ from raymortar import (
     Penalty,
     SNESSolver,
     rigid,
+    versions,
 )
 from raymortar.core import compat
 from raymortar.io.partitions import strips
@@ -102,9 +103,9 @@ def held(comm, partition):
 
 def points_of(mesh):
     """A Function at quadrature points, as a material has them: places."""
-    f = fem.Function(compat.quadrature_space(mesh, 2, (mesh.geometry.dim,)))
-    x = compat.AtQuadraturePoints(ufl.SpatialCoordinate(mesh), mesh, 2)
-    compat.set_at_quadrature_points(f, x())
+    f = fem.Function(versions.quadrature_space(mesh, 2, (mesh.geometry.dim,)))
+    x = versions.AtQuadraturePoints(ufl.SpatialCoordinate(mesh), mesh, 2)
+    versions.set_at_quadrature_points(f, x())
     return f
 
 

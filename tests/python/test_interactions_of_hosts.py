@@ -17,6 +17,7 @@ from raymortar import (
     NonlinearProblem,
     Penalty,
     SNESSolver,
+    versions,
 )
 from raymortar.core import compat
 
@@ -57,7 +58,7 @@ def test_contacts_are_beside_other_unknowns(way):
         tags = [tuple(scene.tags[n] for n in pair) for pair in (LOWER, UPPER)]
         parts = ("Lagrange", 2, (2,)), ("Lagrange", 1, ())
         if way == "mixed":
-            w = fem.Function(compat.mixed_space(scene.mesh, *parts))
+            w = fem.Function(versions.mixed_space(scene.mesh, *parts))
             functions, spaces = [w], [w.function_space.sub(0)]
             (u, p), given = ufl.split(w), w.sub(0)
             tests = ufl.split(ufl.TestFunction(w.function_space))

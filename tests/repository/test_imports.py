@@ -71,8 +71,8 @@ def test_a_plain_solve_imports_the_core_and_little_else():
     at_import, solved = (line.split() for line in told(MODULES + SOLVE)[:2])
     assert rooms_of(at_import) == {"_cpp", "core"}
     # Of tools, what turns directions alone
-    floors = {"diagnose", "entries", "results", "rigid", "solvers"}
-    assert rooms_of(solved) <= {"_cpp", "core"} | floors
+    floors = {"arguments", "diagnose", "entries", "results", "rigid", "setup"}
+    assert rooms_of(solved) <= {"_cpp", "core", "solvers"} | floors
     assert "raymortar.rigid.shapes" not in solved
     assert len(at_import) < len(solved) <= MOST_MODULES
 

@@ -14,8 +14,8 @@ import raymortar
 from meshes.scenes import two_blocks
 from raymortar import ContactError
 from raymortar.core import compat
-from raymortar.core.system import memory
 from raymortar.io import read_gmsh, write_xdmf
+from raymortar.setup import memory
 
 LARGEST_TAG = 2**31 - 1
 

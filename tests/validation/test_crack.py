@@ -22,6 +22,7 @@ from raymortar import (
     Penalty,
     Tie,
     tools,
+    versions,
 )
 from raymortar.core import compat
 
@@ -63,7 +64,7 @@ def cracked(facets, layers=0):
     cells[above] = twin[cells[above]]
     here = cells if COMM.rank == 0 else cells[:0]
     kind = "hexahedron" if layers else "quadrilateral"
-    mesh = compat.create_mesh(COMM, here, np.vstack([X, X[doubled]]), kind)
+    mesh = versions.create_mesh(COMM, here, np.vstack([X, X[doubled]]), kind)
     faces = dmesh.locate_entities_boundary(
         mesh, d - 1, lambda x: (abs(x[1]) < NEAR) & (abs(x[0]) < 1.0 + NEAR)
     )

@@ -20,6 +20,7 @@ from raymortar import (
     SNESSolver,
     Tie,
     rigid,
+    versions,
 )
 from raymortar.core import compat
 from raymortar.fluxes import Flux
@@ -162,7 +163,7 @@ def test_mixed_functions_and_several_meshes(way):
         assert abs(flux.rates().through - HOT / 1.75) <= 1e-10
         return
     mesh = scene.mesh
-    W = compat.mixed_space(mesh, ("Lagrange", 1, (2,)), ("Lagrange", 1, ()))
+    W = versions.mixed_space(mesh, ("Lagrange", 1, (2,)), ("Lagrange", 1, ()))
     w = fem.Function(W, name="w")
     u, T = w.sub(0), w.sub(1)
     contact = Contact(

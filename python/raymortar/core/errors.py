@@ -17,7 +17,6 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
-import numpy.typing as npt
 
 
 class ContactError(ValueError):
@@ -131,31 +130,6 @@ def raise_everywhere(
             raise exception(message)
 
 
-def as_path(name: Any) -> Path:
-    """Check the path of a file."""
-    if not isinstance(name, (str, os.PathLike)):
-        raise ContactError(f"the name of a file must be a path, not {name!r}")
-    return Path(name)
-
-
-def new_file(comm: MPI.Comm, name: Any) -> Path:
-    """Check the path of a file that rank 0 will write."""
-    path = as_path(name)
-    if comm.rank == 0 and not path.parent.is_dir():
-        raise ContactError(f"{path} cannot be written: there is no such folder")
-    return path
-
-
-@contextmanager
-def writing(comm: MPI.Comm, path: Any, *kinds: type[Exception]) -> Iterator[None]:
-    """Raise on all ranks errors of some kinds that keep one from writing. Collective."""
-    with together(comm):
-        try:
-            yield
-        except kinds as error:
-            raise ContactError(f"{path} cannot be written: {error}") from None
-
-
 def _signature(value: Any) -> Any:
     """Describe a value by a text that two ranks have alike if they were given it."""
     if is_dataclass(value) and not isinstance(value, type):
@@ -190,9 +164,6 @@ def require_agreement(comm: MPI.Comm, **arguments: Any) -> None:
                 raise SetUpError(
                     f"{name} differs between ranks: {text} and, on rank 0, {first[name]}"
                 )
-
-
-Vector = npt.NDArray[np.float64]
 
 
 # Longest text of a value in a message, and most members of a list
@@ -253,29 +224,6 @@ def is_truth_value(value: Any) -> bool:
 def is_one_of(value: Any, names: tuple[str, ...]) -> bool:
     """Whether a value is one of some texts; arrays compare entry by entry."""
     return isinstance(value, str) and value in names
-
-
-def vector(name: str, value: Any, gdim: int | None = None) -> Vector:
-    """Check a finite vector of 2 or 3 components, and pad it with zeros to 3."""
-    try:
-        given = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        given = np.empty(0)
-    lengths = (2, 3) if gdim is None else (gdim,)
-    if given.ndim != 1 or len(given) not in lengths or not np.isfinite(given).all():
-        wanted = " or ".join(map(str, lengths))
-        raise ContactError(f"{name} = {value!r} must be {wanted} finite numbers")
-    return np.pad(given, (0, 3 - len(given)))
-
-
-def direction(name: str, value: Any) -> Vector:
-    """Check a vector that is not zero, and scale it to length 1."""
-    given = vector(name, value)
-    largest = float(np.abs(given).max())
-    if largest == 0.0:
-        raise ContactError(f"{name} is zero: it must have a direction")
-    given = given / largest  # squares of components may overflow, or vanish
-    return given / np.linalg.norm(given)
 
 
 def positive(name: str, value: Any) -> float:

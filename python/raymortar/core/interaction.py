@@ -27,7 +27,7 @@ _MOVED = {
     for owner, names in {
         "system": "add_tangent assemble_residual axisymmetric bodies constrained cpp "
         "extend_room free_bodies own_couplings preallocations prepare require_mesh "
-        "revision set_groups softer solve_for stiffness_diagonal take "
+        "revision set_groups solve_for stiffness_diagonal take "
         "translation_forces updates use_volume",
         "states": "changing extrapolate go_back owners quantities u_of u_old values_of",
         "results": "accumulated_slip coverage meetings of_pair parts_of_all resultant_on "

@@ -8,7 +8,7 @@ from typing import Any
 from . import compat
 from .discretization.tagged import ALL
 from .discretization.unknowns import Unknowns
-from .errors import raise_everywhere, warn
+from .errors import raise_everywhere
 from .interaction import Interaction
 from .interface.pairs import PairTable
 from .system.coupled import CoupledSystem
@@ -41,7 +41,6 @@ class Interactions(Interaction):
 
     def __init__(self, contacts: Sequence[Any]) -> None:
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
-        _warn_of_shared_pairs(contacts)
         self._contacts = tuple(contacts)
         super().__init__(
             CoupledSystem(
@@ -123,25 +122,6 @@ def _fault_beside_all(contacts: Sequence[Any]) -> str | None:
                     "out, or name all pairs"
                 )
     return None
-
-
-def _warn_of_shared_pairs(contacts: Sequence[Any]) -> None:
-    """Say where several multipliers stand for the traction of one pair."""
-    known: dict[frozenset[Any], int] = {}
-    for i, contact in enumerate(contacts):
-        if contact.assembly.surfaces.multiplier is None:
-            continue
-        for pair in contact.pairs:
-            sides = frozenset((pair.slave, pair.master))
-            if sides in known:
-                slave = contact.zones[pair.surface].facets.spoken
-                other = pair.master_name or pair.master
-                warn(
-                    f"contact[{known[sides]}] and contact[{i}] both have multipliers "
-                    f"on {slave} and master {other}: only their sum "
-                    "is determined. Give the pair to one of them, or one a Penalty",
-                )
-            known[sides] = i
 
 
 def _same_displacement(one: Unknowns, other: Unknowns) -> bool:

@@ -1,8 +1,7 @@
-"""Residual of a problem, and the reactions of its supports."""
+"""Residual of a problem."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from petsc4py import PETSc
@@ -10,8 +9,6 @@ from petsc4py import PETSc
 import numpy as np
 
 from .compat import Array
-from .discretization.forms import check_supports
-from .errors import together
 
 
 def assemble_residual(
@@ -47,21 +44,3 @@ def _add_behind(terms: Any, b: PETSc.Vec) -> bool:
     for one in found:
         b.array[len(b.array_r) - len(one) :] += one
     return bool(found)
-
-
-def reactions(problem: Any, supports: Mapping[str, Any]) -> dict[str, Array]:
-    """Forces by which conditions hold the bodies: see `CoupledProblem.reactions`."""
-    contact = problem.contact
-    for part in contact.parts:
-        part.present.require_results()
-    with together(problem.comm):
-        supports = check_supports("supports", supports)
-    forces, n_u = problem.forces(), contact.system.layout.n_u
-    dim = contact.u.function_space.mesh.geometry.dim
-    local = []
-    for bcs in supports.values():
-        held, _ = contact.unknowns.prescribed_u(bcs)
-        on = held[:n_u] == 1
-        local.append(np.where(on, forces, 0.0).reshape(-1, dim).sum(0))
-    total = problem.comm.allreduce(np.array(local).reshape(-1, dim))
-    return dict(zip(supports, total))

@@ -5,8 +5,6 @@
 - few_facets, narrow: contact that depends on gamma, or jumps from facet to facet
 - lost_contact, tools: surfaces, bodies and rigid tools that have lost each other
 - inverted: cells that a solve has turned inside out
-- straight_facets: straight facets on curved surfaces; overlap: bodies that overlap
-- rigid_slaves: prescribed slaves that are finer than their masters
 - missed: masters that a slave meets on no path, or in no solve
 - unaccepted: solves under other loads whose steps nobody accepts
 - failure: messages of solves that did not converge, corners of several faces

@@ -19,7 +19,8 @@ from ..core.discretization.ranks import sums_at
 from ..core.errors import ContactError, ConvergenceError, SetUpError, format_point
 from ..core.finding import placed
 from ..core.gamma.probing import VolumePattern
-from ..core.gamma.stiffness import contact_stiffness, stiffness_ratios
+from ..core.gamma.stiffness import contact_stiffness, of_sides
+from ..core.interface.coefficients import Interfaces
 from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.point_results import CLOSED
 from ..core.interface.slave_nodes import corners_between
@@ -326,3 +327,20 @@ def _forces(zone: ZoneData, W: FunctionSpace) -> Array:
     table = zone.multiplier_table
     force = np.bincount(points["slave"][closed], size, len(table))
     return sums_at(W.dofmap.index_map, 1, (table, force[:, None, None]))[:, 0]
+
+
+def stiffness_ratios(
+    volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any] = ()
+) -> list[Array]:
+    """Modulus of the slave's side of pairs of bodies over that of the master's.
+
+    A table for each zone; 0 where one side cannot move or has no stiffness. Collective.
+    """
+
+    def pair(slave: Array, master: Array) -> Array:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = slave[:, 0] * slave[:, 2] / (master[:, 0] * master[:, 2])
+        moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
+        return np.where(moves & np.isfinite(ratio), ratio, 0.0)
+
+    return interfaces.tables(of_sides(volume, interfaces, bcs), pair)

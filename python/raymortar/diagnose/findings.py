@@ -11,23 +11,22 @@ import numpy as np
 from ..core.compat import Array, Mask
 from ..core.contact import Contact
 from ..core.finding import Finding, placed
-from ..core.gamma.stiffness import NO_PRESSURE, rounding_force, stiffness_ratios
 from ..core.interaction import Interaction
 from ..core.interface.pairs import in_other_order
 from ..core.interface.point_results import CLOSED, Status
-from ..core.interface.slave_nodes import are_inside_flats
 from ..core.interface.zone_data import ZoneData, mean_facet_size
 from ..core.options.methods import AugmentedLagrangian, Penalty
 from ..core.problem import CoupledProblem
 from ..core.target import Target
-from .failure import automatic_gamma, compared, corner_between
-from .few_facets import FewFacets, approach
+from ..results.tractions import seen_points
+from ..setup.rigid_slaves import distance_ratio
+from ..setup.straight_facets import ALLOWED, CURVED, are_inside_flats
+from .failure import automatic_gamma, compared, corner_between, stiffness_ratios
+from .few_facets import NO_PRESSURE, FewFacets, approach, rounding_force
 from .inverted import inverted_cells
 from .narrow import forces_on_facets, jump
 from .passed_points import passed_points
-from .rigid_slaves import distance_ratio
 from .sliding import sliding_bodies
-from .straight_facets import ALLOWED, CURVED
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in
 # the mean: a point keeps a few hundredths where facets resolve the surfaces
@@ -164,7 +163,7 @@ def _zones(contact: Interaction) -> list[ZoneData]:
 
 def _pressed(zone: ZoneData, pair: str) -> Worst:
     """Find the largest penetration of a pressed point over its facet's size."""
-    points, surface = zone.seen_points(), zone.facets.slave_surface
+    points, surface = seen_points(zone), zone.facets.slave_surface
     pressed = np.flatnonzero((points["pressure"] > 0.0) & (points["gap"] < 0.0))
     if not len(pressed):
         return NOTHING

@@ -90,7 +90,7 @@ def _jacobians(
 
 def _vertices(V: Any, u: Array) -> tuple[Array, Array]:
     """Undeformed and deformed vertices of this rank's own cells, (cells, vertices, d)."""
-    mesh, n = V.mesh, compat.owned_cells(V.mesh)
+    mesh, n = V.mesh, V.mesh.topology.index_map(V.mesh.topology.dim).size_local
     cell = compat.cell_name(mesh)
     element = compat.basix_element(cell, compat.geometry_degree(mesh))
     nodes = match_points(element.points, element.vertices)

@@ -7,6 +7,7 @@ left.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 from mpi4py import MPI
 
@@ -14,12 +15,12 @@ import numpy as np
 
 from ..core.compat import Array, Mask
 from ..core.convergence.balance import EPS, largest_by
-from ..core.discretization.ranks import ends_of
+from ..core.discretization.ranks import ends_of, index_among, of_all
 from ..core.discretization.surfaces import bodies_of_facets
 from ..core.errors import format_point
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
-from ..core.interface.zone_data import Path, ZoneData, path
+from ..core.interface.zone_data import OppositePoints, ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
 from .passed_points import passed_points
 from .tools import have_gone_through
@@ -332,3 +333,40 @@ def largest_motions(contact: Interaction, u: Array) -> Array:
     ).max(axis=1)
     contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
     return most
+
+
+# Ways of slave facets from the points opposite to them at the accepted step
+
+
+@dataclass(frozen=True)
+class Path:
+    """Places of the slave points relative to those opposite to them. Lengths."""
+
+    x: Array  # present positions of the slave points, (n, d)
+    gap: Array  # of the master's point along the slave's normal, (n,)
+    slide: Array  # across the normal, (n,)
+    thickness: Array  # of the master behind its facet, (n,)
+
+
+def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
+    """Present positions of slave points and of those opposite to them. Collective.
+
+    The ranks that own the masters' facets give where their points are, and the
+    thickness behind them.
+    """
+    comm, (surface, master) = zone.comm, zone.sides
+    x = positions(surface, opposite.facet, opposite.xi, u)
+    n = unit_normals(surface, opposite.facet, opposite.xi, u)
+    ids, eta = of_all(comm, opposite.master, opposite.eta)
+    answers = np.zeros((len(ids), master.gdim + 1))
+    local = index_among(master.facet_ids, ids)
+    here = local >= 0
+    answers[here, :-1] = positions(master, local[here], eta[here], u)
+    thickness = np.minimum(zone.thickness[1][local[here]], np.finfo(float).max)
+    answers[here, -1] = thickness
+    comm.Allreduce(MPI.IN_PLACE, answers)
+    start = sum(comm.allgather(len(x))[: comm.rank])
+    mine = answers[start : start + len(x)]
+    way = mine[:, :-1] - x
+    gap = np.einsum("nd,nd->n", way, n)
+    return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])

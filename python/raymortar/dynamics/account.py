@@ -12,11 +12,12 @@ import numpy as np
 import ufl
 
 from ..core.compat import Array
-from ..core.discretization.forms import functional
 from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_array, of_function
-from .motion import End, Motion, Rest
+from ..records.functionals import functional
+from .motion import End, Motion
 from .moving_bodies import MovingBodies
+from .rest import Rest
 from .schemes import Midpoint
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import ufl
 from dolfinx.fem import Function
 
-from ..core.discretization.forms import check_functional
 from ..core.errors import (
     ContactError,
     ConvergenceError,
@@ -24,13 +23,14 @@ from ..core.errors import (
 )
 from ..core.state import Owner, Quantity, State
 from ..diagnose.lost_contact import passed_surfaces
+from ..mass.inertia import Inertia
 from ..paths.load_path import PrescribedPath, StepSizes, check_solver
 from ..paths.load_steps import LoadSteps
 from ..paths.strategies import Strategies
+from ..records.functionals import check_functional
 from ..records.history import History
 from ..records.output import LoadStep, Output, Progress
 from .account import Account, Energy
-from .inertia import Inertia
 from .motion import End, InertiaTerm, Motion
 from .moving_bodies import MovingBodies
 from .schemes import (

@@ -23,11 +23,9 @@ from ..core.discretization.forms import (
 from ..core.discretization.layout import CoupledRows
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, ConvergenceError, described, of_type, together
-from ..core.gamma.probing import row_sums
 from ..core.solvers.linear import direct
 from ..core.solvers.petsc_objects import (
     PetscOptions,
-    kept_inside,
     make_regular,
     new_prefix,
     raising,
@@ -35,6 +33,8 @@ from ..core.solvers.petsc_objects import (
 )
 from ..core.system.volume import Forms
 from ..core.terms import apart, require_apart
+from ..entries import row_sums
+from ..solvers.inner import kept_inside
 from .field_tie import FieldTie
 from .flux import Flux
 from .flux_terms import FluxTerms

@@ -13,11 +13,11 @@ from ..core.compat import Array, Indices
 from ..core.discretization.checks import check_fields
 from ..core.discretization.facets import join
 from ..core.discretization.joined import Displacement, parts_of
-from ..core.discretization.slave_fields import function_on_facets
 from ..core.errors import ContactError
 from ..core.interface.pairs import Pair
 from ..core.options.methods import Penalty, Search
 from ..core.terms import Addition
+from ..facet_functions import function_on_facets
 from ..ties.tie import Tie
 from .flux_sides import TiedField
 from .flux_terms import FluxTerms, TiePart

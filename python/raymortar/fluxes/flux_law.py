@@ -12,10 +12,11 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..core.compat import Array
-from ..core.discretization.slave_fields import FLUX_FIELD
+from ..core.discretization.slave_fields import Quantity
 from ..core.errors import ContactError
-from ..core.options.user_laws import UserLaw, beyond_differences, chosen, samples
+from ..user_laws.arguments import UserLaw, beyond_differences, chosen, samples
 
+FLUX_FIELD = Quantity("a field of Flux", "must be finite", np.isfinite)
 # Arguments of the law of a flux, in this order
 ARGUMENTS = ("T_s", "T_m", "p", "g", "v")
 # Arguments that are never negative

@@ -15,15 +15,15 @@ from ..core.compat import Array
 from ..core.convergence.balance import EPS
 from ..core.discretization.joined import Displacement
 from ..core.discretization.layout import CoupledRows
-from ..core.discretization.slave_fields import FLUX_FIELD, find_fields, on_facets
+from ..core.discretization.slave_fields import on_facets
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import SetUpError, raise_everywhere, together, warn
-from ..core.interface.friction_at_points import along_facets, further
 from ..core.interface.zone_data import ZoneData
 from ..core.system.assembly import ContactAssembly
 from ..entries import joined
-from .flux_law import FluxLaw
-from .flux_sides import FieldOnZone, TiedField
+from ..user_laws.arguments import along_facets, further
+from .flux_law import FLUX_FIELD, FluxLaw
+from .flux_sides import FieldOnZone, TiedField, find_fields
 from .tool_part import ToolPart
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -18,6 +19,8 @@ from ..core.discretization.facets import (
     shape_functions,
 )
 from ..core.discretization.joined import Displacement, parts_of
+from ..core.discretization.unknowns import Unknowns
+from ..core.errors import ContactError
 from ..core.interface.zone_data import ZoneData
 
 # Shares of the work of friction, by the time, that slave and target take
@@ -243,3 +246,17 @@ class TiedField(FieldOnZone):
     ) -> tuple[Any, ...]:
         """Rows, columns and values, see `_cpp.flux_tangent`."""
         return self.fixed_tangent(self.fixed, slopes)
+
+
+def find_fields(fields: Sequence[Displacement], unknowns: Unknowns, owner: str) -> None:
+    """Note which unknown each field is, or is a part of; raise if it is none."""
+    for one in fields:
+        place = one.place_among(unknowns.functions)
+        if place is None:
+            names = ", ".join(f.name for f in unknowns.functions)
+            raise ContactError(
+                f"the field {one.given.name} that {owner} was given is none of the "
+                f"unknowns [{names}], nor a part of one: give the problem its equation "
+                "too, F and u as lists"
+            )
+        one.at = place

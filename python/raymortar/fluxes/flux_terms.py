@@ -18,14 +18,13 @@ from ..core.compat import Array, Indices, Mask
 from ..core.convergence.balance import EPS, Groups
 from ..core.discretization.layout import CoupledRows
 from ..core.discretization.ranks import destroy
-from ..core.discretization.slave_fields import find_fields
 from ..core.discretization.unknowns import Lacking, Unknowns
 from ..core.errors import SetUpError, raise_everywhere, together
 from ..core.gamma.probing import product
 from ..core.terms import Addition, Term
 from ..entries import Entries, add_entries, assembled, joined, values_at
 from .flux_part import FluxPart
-from .flux_sides import TiedField
+from .flux_sides import TiedField, find_fields
 from .tool_part import ToolPart
 
 

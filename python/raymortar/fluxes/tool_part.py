@@ -14,12 +14,12 @@ from dolfinx.fem import Function
 from ..core.compat import Array
 from ..core.convergence.balance import EPS
 from ..core.discretization.layout import CoupledRows
-from ..core.discretization.slave_fields import single_number
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, is_real_number, require_agreement
 from ..core.interface.zone_data import ZoneData
 from ..core.system.assembly import ContactAssembly
 from ..entries import assembled
+from ..facet_functions import single_number
 from .flux_sides import FieldOnZone
 
 

@@ -14,8 +14,8 @@ import dolfinx
 import numpy as np
 
 from ..core.compat import Indices, connectivity, meshtags
-from ..core.compat.gmsh import Partition, model_to_mesh
 from ..core.errors import ContactError, format_point, spoken_tag, together
+from ..versions.gmsh import Partition, model_to_mesh
 from .gmsh_nodes import without_holes
 
 

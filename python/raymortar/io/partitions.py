@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import direction as unit_vector
+from ..arguments import vector
 from ..core.compat import Array, Indices
-from ..core.discretization.tagged import levels
-from ..core.errors import ContactError
-from ..core.errors import direction as unit_vector
-from ..core.errors import is_whole_number, vector
+from ..core.errors import ContactError, is_whole_number
 from ..rigid.turning import directions_across
+from ..self_contact.all_facets import levels
 
 __all__ = ["columns", "patches", "sectors", "strips"]
 

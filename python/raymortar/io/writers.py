@@ -13,8 +13,9 @@ import dolfinx
 import dolfinx.io
 from dolfinx import fem
 
+from ..arguments import writing
 from ..core.compat import cell_name, element_info, geometry_degree, space
-from ..core.errors import ContactError, described, together, writing
+from ..core.errors import ContactError, described, together
 
 
 def of_degree(function: fem.Function, degree: int) -> fem.Function:

@@ -16,6 +16,7 @@ from ..core.errors import (
     is_real_number,
     is_truth_value,
     is_whole_number,
+    warn,
 )
 from ..core.problem import CoupledProblem
 from ..core.solvers.newton import NewtonSolver, SNESSolver
@@ -309,3 +310,14 @@ def _rules(given: Any) -> Iterator[tuple[bool, str]]:
     text = "control leads paths of one displacement: the problem has other unknowns"
     yield solver.problem.contact.unknowns.is_plain, text
     yield not scale, "control and stabilize exclude each other"
+
+
+def warn_of_velocities(bodies: Sequence[Any]) -> None:
+    """Warn of velocities of free bodies, which have no inertia in load steps."""
+    for body in bodies:
+        if body.freedom.velocity.any():
+            warn(
+                f"LoadSteps has no inertia and leaves out the velocity = {body.velocity} "
+                f"of the rigid {body.name}: dynamics.TimeSteps takes it, and Body.move "
+                "prescribes a motion"
+            )

@@ -17,7 +17,6 @@ from ..core.errors import (
     together,
     warn,
 )
-from ..core.interface import looking
 from ..core.state import State
 from ..diagnose.failure import FAILURES, what_limits
 from ..diagnose.lost_contact import lost_contact
@@ -33,6 +32,7 @@ from ..records.output import (
     check_output,
     line,
 )
+from ..results import looking
 from ..viscous.stabilization import Stabilization
 from .arc_path import ArcPath
 from .controls import ArcLength, DisplacementControl
@@ -43,6 +43,7 @@ from .load_path import (
     StepSizes,
     check_arguments,
     check_solver,
+    warn_of_velocities,
     with_size,
 )
 from .memory import memory_of
@@ -242,8 +243,8 @@ class LoadSteps:
     def _steps(self, progress: Progress) -> Iterator[LoadStep]:
         """Solve and yield the steps, and report each load factor and way."""
         problem = self.solver.problem
-        contact, path = problem.contact, self._new_path()
-        self._path = path
+        contact, self._path = problem.contact, self._new_path()
+        path = self._path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options, self._stabilization)
         ways.rejected = partial(self._tell, self.on_reject)
@@ -323,8 +324,7 @@ class LoadSteps:
         doubts.end()
         for one in contact.contacts:
             for follower in one.assembly.present.followers:
-                text = follower.path_ended()
-                if text is not None:
+                if (text := follower.path_ended()) is not None:
                     warn(text)
 
     # Parts of a step
@@ -342,14 +342,7 @@ class LoadSteps:
 
     def _warn_of_velocities(self) -> None:
         """Warn of velocities of free bodies, which have no inertia here."""
-        for body in self._problem.contact.layout.bodies:
-            if body.freedom.velocity.any():
-                text = (
-                    f"LoadSteps has no inertia and leaves out the velocity = "
-                    f"{body.velocity} of the rigid {body.name}: dynamics.TimeSteps takes "
-                    "it, and Body.move prescribes a motion"
-                )
-                warn(text)
+        warn_of_velocities(self._problem.contact.layout.bodies)
 
     def _accepted(self, *results: Any) -> LoadStep:
         """Make what the caller gets of an accepted step."""

@@ -10,8 +10,8 @@ from typing import Any
 
 from dolfinx.fem import Function
 
+from ..bending.coefficients import BENDS, softer
 from ..core.errors import ContactWarning, SetUpError
-from ..core.gamma.stiffness import BENDS
 from ..core.solvers.newton import NewtonSolver, SNESSolver
 from ..core.solvers.solver import temporarily
 from ..diagnose.failure import FAILURES, iterations_of
@@ -229,7 +229,7 @@ def _that_bend(problem: Any) -> list[tuple[Any, Any]]:
     contact = problem.contact
     return [
         (one, gamma)
-        for one, gamma in zip(contact.contacts, contact.system.softer(problem.bcs))
+        for one, gamma in zip(contact.contacts, softer(contact.system, problem.bcs))
         if gamma is not None
         and (
             one.assembly.gamma_is_soft

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..core.compat import Array
-from ..core.interface.point_results import CLOSED, Status, along_normal, pressures
+from ..core.interface.point_results import CLOSED, Status, pressures
+from ..results.tractions import along_normal
 from .labels import AxisOptions
 from .tools import COLOUR
 from .views import direction

@@ -11,6 +11,7 @@ import numpy as np
 from dolfinx.fem import Function
 from dolfinx.mesh import Mesh
 
+from .. import versions
 from ..core import compat
 from ..core.compat import Array, Indices
 from ..core.discretization.facets import (
@@ -111,7 +112,7 @@ def gather_cells(
     function; None elsewhere.
     """
     parts = parts_of_edges(mesh, *functions[:1]) if parts is None else parts
-    cells = np.arange(compat.owned_cells(mesh), dtype=np.int32)
+    cells = np.arange(versions.owned_cells(mesh), dtype=np.int32)
     shape = compat.cell_name(mesh)
     nodes = np.arange(len(_AROUND[shape]))[None]
     return _gather_around(mesh, shape, cells, lambda degree: nodes, functions, parts)
@@ -132,7 +133,7 @@ def gather_boundary(
     chosen = compat.exterior_facets(mesh) if facets is None else facets
     found = facets_of_mesh(mesh, -1, chosen)
     # The owner of a facet's cell sends the facet: each facet comes once
-    own = found.some(found.cells < compat.owned_cells(mesh))
+    own = found.some(found.cells < versions.owned_cells(mesh))
     cell = compat.cell_name(mesh)
 
     def nodes_of(degree: int) -> Indices:

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.errors import (
-    ContactError,
-    as_path,
-    positive,
-    raise_everywhere,
-    together,
-    writing,
-)
+from ..arguments import as_path, writing
+from ..core.errors import ContactError, positive, raise_everywhere, together
 from . import drawing
 from .frames import Frame, Ranges, gather_frame, label_of
 from .labels import Units

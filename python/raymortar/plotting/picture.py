@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 from dolfinx.fem import Function
 
+from ..arguments import as_path, writing
 from ..core import compat
 from ..core.discretization.joined import parts_of
 from ..core.errors import (
     ContactError,
-    as_path,
     described,
     raise_everywhere,
     require_agreement,
     together,
     truth,
-    writing,
 )
 from . import drawing, maps, rendering
 from .frames import Frame, Ranges, gather_frame, label_of

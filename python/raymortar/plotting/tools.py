@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ..arguments import direction
 from ..core.compat import Array
-from ..core.errors import direction
 from ..rigid.body import Body
 from ..rigid.implicit import Implicit
 from ..rigid.shapes import Cylinder, Plane, Sphere, Torus

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
+from .. import versions
+from ..arguments import new_file
 from ..core import compat
 from ..core.compat import Array
 from ..core.discretization.joined import parts_of
 from ..core.errors import (
     ContactError,
     is_real_number,
-    new_file,
     raise_everywhere,
     require_agreement,
     together,
@@ -93,10 +94,10 @@ class Checkpoint:
         )
         with together(self._comm):
             for k, mesh in enumerate(self._meshes):
-                if np.any(compat.cells_as_given(mesh) < 0):
+                if np.any(versions.cells_as_given(mesh) < 0):
                     raise ContactError(f"mesh {k} does not know the order of its cells")
             for one in filter(_is_by_cell, self._quantities()):
-                if compat.turns_with_cells(one.by):
+                if versions.turns_with_cells(one.by):
                     text = "is in a space whose dofs depend on the partition"
                     raise ContactError(f"{one.name} {text}")
 
@@ -165,16 +166,16 @@ class Checkpoint:
         arrays by cell. Collective."""
         found = []
         for k, mesh in enumerate(self._meshes):
-            nodes = compat.geometry_dofmap(mesh)[: compat.owned_cells(mesh)]
+            nodes = compat.geometry_dofmap(mesh)[: versions.owned_cells(mesh)]
             x = mesh.geometry.x[nodes].reshape(len(nodes), 3 * nodes.shape[1])
             found.append((f"mesh {k}", mesh, x))
         for one in filter(_is_by_cell, quantities):
             array = one.read()
             if array is not None:
-                values = compat.values_by_cell(one.by, array)
+                values = versions.values_by_cell(one.by, array)
                 found.append((one.name, one.by.mesh, values))
         for name, mesh, values in found:
-            numbers = compat.cells_as_given(mesh)
+            numbers = versions.cells_as_given(mesh)
             yield Table(name, self._comm.allreduce(len(numbers)), numbers, values)
 
     # Reading
@@ -221,7 +222,7 @@ class Checkpoint:
         of_cells = rows[len(self._meshes) :]
         for one, values in zip(filter(_is_by_cell, found), of_cells):
             f = Function(one.by)
-            compat.set_by_cell(f, values)
+            versions.set_by_cell(f, values)
             state[one.name] = f.x.array
         own = {one.name for one in contact.states.quantities()}
         for one in found:
@@ -244,9 +245,9 @@ class Checkpoint:
     def _late(self, head: Any, table: Any, one: Quantity) -> Array:
         """Read an array by cell whose owner has been made after the others were read.
         Collective."""
-        f, numbers = Function(one.by), [compat.cells_as_given(one.by.mesh)]
+        f, numbers = Function(one.by), [versions.cells_as_given(one.by.mesh)]
         of = {**head, "tables": [table]}
-        compat.set_by_cell(f, read_tables(self._comm, self.path, of, numbers)[0])
+        versions.set_by_cell(f, read_tables(self._comm, self.path, of, numbers)[0])
         return f.x.array
 
     def _says(self, text: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import versions
 from ..core import compat
 from ..core.compat import Array
 from ..core.discretization.facets import FACETS_PER_CELL, facet_nodes, shape_functions
@@ -93,7 +94,7 @@ def _slots(u: Any, zone: Any) -> _Slots:
     dofs = dofs if places is None else places[dofs]
     own = surface.dofs[surface.facet_dofs]
     slots = (own[:, :, None] == dofs[:, None, :]).argmax(axis=2)
-    cells = compat.cells_as_given(V.mesh)[facets.cells]
+    cells = versions.cells_as_given(V.mesh)[facets.cells]
     number = cells * FACETS_PER_CELL + facets.local_facets
     return _Slots(surface, number, slots, dofs.shape[1])
 

@@ -13,30 +13,31 @@ from typing import Any
 import numpy as np
 import ufl
 
+from ..arguments import new_file, writing
 from ..core.compat import Array
-from ..core.discretization.forms import check_functional, check_supports, functional
 from ..core.errors import (
     ContactError,
     is_real_number,
     is_truth_value,
-    new_file,
     positive,
     raise_everywhere,
     require_agreement,
     together,
-    writing,
 )
-from ..core.interface import looking
 from ..core.options.methods import Penalty
 from ..core.problem import CoupledProblem
 from ..core.solvers.solver import require_problem
 from ..core.state import Quantity
+from ..results import looking
+from ..results.reactions import check_supports
 from ..results.sums import Resultant
+from .functionals import check_functional, functional
 from .patch_columns import (
     BodyColumns,
     Part,
     SupportWork,
     checked_axes,
+    parts_of,
     patch_columns,
     torque_columns,
 )
@@ -47,12 +48,6 @@ _SUMS = (
     *("force_", "normal_", "tangential_", "radial_", "reaction_", "push_"),
     *("moment_", "torque_", "area_", "work_", "energy", "friction_work", "stored_"),
 )
-
-
-def _parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
-    """Join some parts of a resultant. Collective."""
-    found = find()
-    return np.hstack([getattr(found, part) for part in parts])
 
 
 class History:
@@ -239,15 +234,15 @@ class History:
         for label, i, _, find in parts:
             kinds = ["force"] + ["normal", "tangential"] * zones[i].frictional
             names = [f"{kind}_{label}_{x}" for kind in kinds for x in axes]
-            yield names, partial(_parts_of, find, kinds)
+            yield names, partial(parts_of, find, kinds)
         for label, find in contact.results.parts_of_all():
             names = [f"force_on_{label}_{x}" for x in axes]
-            yield names, partial(_parts_of, find, ["force"])
+            yield names, partial(parts_of, find, ["force"])
         if supports:
             names = [f"reaction_{name}_{x}" for name in supports for x in axes]
             yield names, lambda: np.hstack([*self.problem.reactions(supports).values()])
         for label, _, _, find in parts if contact.system.axisymmetric else ():
-            yield [f"radial_{label}"], partial(_parts_of, find, ["radial"])
+            yield [f"radial_{label}"], partial(parts_of, find, ["radial"])
         bodies = BodyColumns(contact)
         yield bodies.names, lambda: bodies.values(self._last())
         if energy:

@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from dolfinx.fem import Function
 
+from ..arguments import new_file, writing
 from ..core import compat
 from ..core.discretization.joined import parts_of
 from ..core.errors import (
@@ -20,10 +21,8 @@ from ..core.errors import (
     described,
     is_real_number,
     is_truth_value,
-    new_file,
     require_agreement,
     together,
-    writing,
 )
 from ..core.finding import Finding
 from ..core.problem import CoupledProblem

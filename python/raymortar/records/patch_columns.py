@@ -10,15 +10,17 @@ from mpi4py import MPI
 
 import numpy as np
 
+from ..arguments import direction, vector
 from ..core import compat
 from ..core.compat import Array
-from ..core.errors import ContactError, direction, vector
+from ..core.errors import ContactError
 from ..core.interface.pairs import as_label
-from ..core.interface.point_results import CLOSED, largest_pressure
+from ..core.interface.point_results import CLOSED
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..core.state import Quantity, of_part
 from ..results.sums import Resultant
+from ..results.tractions import largest_pressure
 from ..rigid.body import Body
 
 # Label, slave surface, index of the master (None: all), and what finds the resultant
@@ -194,3 +196,9 @@ class BodyColumns:
             work -= float(0.5 * (load + before) @ (motion - begin))
             found += [*force, *motion[:d], *moment, *motion[d:], work]
         return list(map(float, found))
+
+
+def parts_of(find: Callable[[], Resultant], parts: Sequence[str]) -> Array:
+    """Join some parts of a resultant. Collective."""
+    found = find()
+    return np.hstack([getattr(found, part) for part in parts])

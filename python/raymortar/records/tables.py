@@ -18,8 +18,9 @@ from mpi4py import MPI
 import numpy as np
 import numpy.typing as npt
 
+from ..arguments import writing
 from ..core.compat import Array
-from ..core.errors import ContactError, together, writing
+from ..core.errors import ContactError, together
 
 Rows = npt.NDArray[np.int64]
 

@@ -12,21 +12,22 @@ from dolfinx.fem import Function
 
 from ..core.compat import Array
 from ..core.errors import ContactError, raise_everywhere, together
-from ..core.interface import point_results as at_points
 from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.point_results import (
     CLOSED,
     OPEN,
     OfPoints,
     Status,
+    nodal_average,
+    pressures,
     set_at_nodes,
-    tractions,
 )
 from ..core.interface.present import PresentState
 from ..core.options.friction import Law
 from ..core.options.methods import Penalty
 from .points import Results
 from .sums import elastic_energy, friction_work, stored_energy
+from .tractions import traction_part, tractions
 
 PARTS = ("total", "normal", "tangential")
 
@@ -58,7 +59,7 @@ class ContactResults(Results):
     ) -> Function:
         """Nodal averages of a point quantity, and a value off the contact."""
         f = self._new(name, vector)
-        at_points.nodal_average(self.surfaces.zones, quantity, f, hits_only)
+        nodal_average(self.surfaces.zones, quantity, f, hits_only)
         f.x.array[np.isnan(f.x.array)] = elsewhere
         return f
 
@@ -93,13 +94,11 @@ class ContactResults(Results):
         """See `Contact.traction`. Collective."""
         check_part(part, self.surfaces.comm)
         name = "traction" if part == "total" else f"{part}_traction"
-        return self._of_law(
-            name, lambda points: at_points.traction_part(points, part), True
-        )
+        return self._of_law(name, lambda points: traction_part(points, part), True)
 
     def pressure(self) -> Function:
         """See `Contact.pressure`. Collective."""
-        return self._of_law("pressure", at_points.pressures)
+        return self._of_law("pressure", pressures)
 
     def slip(self) -> Function:
         """See `Contact.slip`. Collective."""

@@ -11,14 +11,16 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.mesh import Mesh
 
+from ..arguments import as_path
 from ..core.compat import Array
+from ..core.discretization.facets import interpolate, reference_corners
 from ..core.discretization.joined import parts_of
 from ..core.discretization.tagged import Part
-from ..core.errors import ContactError, as_path, is_whole_number, together, warn
-from ..core.interface import point_results as at_points
+from ..core.errors import ContactError, is_whole_number, together, warn
 from ..core.interface.pairs import PairTable, as_label, names_by_tag
-from ..core.interface.point_results import CLOSED
+from ..core.interface.point_results import CLOSED, accumulated_slip, undeformed
 from ..core.interface.zone_data import ZoneData
 from ..core.target import Target
 from .segments import write_segments
@@ -31,6 +33,7 @@ from .sums import (
     resultant_on,
     statistics,
 )
+from .tractions import seen_points
 
 
 @dataclass(frozen=True)
@@ -203,7 +206,7 @@ class Results:
     def _points_of(self, surface: int) -> dict[str, Array]:
         """Arrays over this rank's integration points of a slave surface."""
         data = self.zones[surface]
-        points: dict[str, Any] = data.seen_points()
+        points: dict[str, Any] = seen_points(data)
         for own in ("dual", "dissipated", "elastic_energy"):
             points.pop(own, None)
         numbers = self.pair_table.of_surface(surface, data.facets.master_tags)
@@ -212,7 +215,7 @@ class Results:
         mesh = parts_of(self.parts[0].surfaces.u)[
             data.facets.slave_part
         ].function_space.mesh
-        return points | at_points.places(data, points, mesh)
+        return points | places(data, points, mesh)
 
     def _surface(self, i: Any) -> int:
         """Check the number of a slave surface; a negative one counts from the end."""
@@ -333,3 +336,18 @@ class Results:
         counts = statistics(self.zones, self._contact.layout)
         counts.preallocations = self._contact.system.preallocations
         return counts
+
+
+def places(zone: ZoneData, points: dict[str, Array], mesh: Mesh) -> dict[str, Array]:
+    """Name the facet, the cell and the places of points, as `Contact.points`."""
+    facet, xi, facets = points["slave"], points["xi"], zone.facets.slave
+    surface, corners = zone.facets.slave_surface, reference_corners(mesh, facets)
+    found = {
+        "X": undeformed(surface, facet, xi),
+        "facet": facets.facets[facet],
+        "cell": facets.cells[facet],
+        "reference": interpolate(surface.shape, 1, corners[facet], xi),
+    }
+    if zone.slip is not None:
+        found["accumulated_slip"] = accumulated_slip(zone, facet, xi)
+    return found

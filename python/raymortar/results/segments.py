@@ -17,10 +17,12 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.fem import Function
 
+from ..arguments import writing
 from ..core.compat import Array
-from ..core.errors import ContactError, writing
+from ..core.errors import ContactError
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, positions
+from .tractions import seen_points
 
 POINT_DATA = ("gap", "pressure", "traction", "status", "weight", "slip")
 # VTK's numbers of cell types
@@ -51,9 +53,7 @@ def _segments(zone: ZoneData, u: Function) -> Cells:
         surface, np.repeat(slave, sizes), xi, u.x.array.reshape(-1, surface.gdim)
     )
     ids = np.asarray(surface.facet_ids[slave], dtype=np.int64)
-    data: dict[str, Any] = {"slave_facet": ids} | _averages(
-        zone.seen_points(), segments
-    )
+    data: dict[str, Any] = {"slave_facet": ids} | _averages(seen_points(zone), segments)
     return x, sizes, data
 
 
@@ -78,7 +78,7 @@ def _averages(points: dict[str, Array], segments: dict[str, Array]) -> dict[str,
 
 def _points(zone: ZoneData) -> Cells:
     """Make vertices of a zone's integration points."""
-    points = zone.seen_points()
+    points = seen_points(zone)
     data = {name: points[name] for name in POINT_DATA if name in points}
     data["status"] = data["status"].astype(np.int64)
     return points["x"], np.ones(len(points["x"]), dtype=int), data

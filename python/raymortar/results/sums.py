@@ -14,19 +14,21 @@ from dolfinx.fem import Function
 from ..core.compat import Array, Indices, Mask
 from ..core.discretization.facets import dot
 from ..core.discretization.layout import CoupledRows
-from ..core.discretization.ranks import Communication, communication
-from ..core.interface.point_results import (
-    CLOSED,
-    OPEN,
-    OfPoints,
+from ..core.interface.point_results import CLOSED, OPEN, OfPoints, pressures
+from ..core.interface.zone_data import ZoneData
+from ..core.target import Target
+from .communication import Communication, communication
+from .tractions import (
     along_normal,
+    arms,
+    between_nodes,
+    have_feet,
     largest_pressure,
-    pressures,
+    levers,
+    seen_points,
     traction_part,
     tractions,
 )
-from ..core.interface.zone_data import ZoneData
-from ..core.target import Target
 
 
 @dataclass(frozen=True)
@@ -207,7 +209,7 @@ def resultant(
     """
     if zone.facets.meets_itself:
         return mutual(zone)
-    points = zone.seen_points()
+    points = seen_points(zone)
     if master is not None:
         points = _chosen(points, zone.masters_of(points) == master)
     return _sum_up(zone, points, at_hits)
@@ -227,7 +229,7 @@ def mutual(
     minus that of points that hit it, theory (3.15). None: all parts; of a surface that
     meets others, all of these.
     """
-    points = zone.seen_points()
+    points = seen_points(zone)
     own, met = zone.parts_of(points)
 
     def among(part: Indices, chosen: Sequence[int] | None) -> Mask:
@@ -254,15 +256,15 @@ def _sum_up(
     weight = points["weight"][:, None]
     forces = weight * points.get("dual", points["traction"])
     couples = forces - along_normal(points, forces)
-    arms = zone.arms(points)
+    over = arms(zone, points)
     if at_hits:
         hits = points["x"] + points["distance"][:, None] * points["normal"]
-        feet = zone.have_feet(points)[:, None]
-        moments = _moments(arms, couples) + _moments(points["x"], forces)
+        feet = have_feet(zone, points)[:, None]
+        moments = _moments(over, couples) + _moments(points["x"], forces)
         moments = np.where(feet, moments, _moments(hits, forces))
     else:
-        places, turned = zone.levers(points)
-        moments = _moments(arms, np.einsum("qij,qj->qi", turned, couples))
+        places, turned = levers(zone, points)
+        moments = _moments(over, np.einsum("qij,qj->qi", turned, couples))
         moments += _moments(places, forces)
     normal = along_normal(points, weight * points["traction"])
     sums = np.concatenate([one.sum(axis=0) for one in (forces, normal, moments)])
@@ -313,7 +315,7 @@ def _friction_work(zone: ZoneData, multiplier: Function | None) -> float:
         return float(points["weight"] @ points["dissipated"])
     at = tractions(zone, multiplier)
     hit = points["status"] >= OPEN
-    works = zone.between_nodes(-dot(at["traction"], at["slip"])[:, None], points, hit)
+    works = between_nodes(zone, -dot(at["traction"], at["slip"])[:, None], points, hit)
     return float(points["weight"][hit] @ works[:, 0])
 
 

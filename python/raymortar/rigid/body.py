@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import _cpp
+from ..arguments import vector
 from ..core.compat import Array
-from ..core.errors import ContactError, is_real_number, positive, vector
+from ..core.errors import ContactError, is_real_number, positive
 from ..core.target import Target
 from .freedom import Freedom, by_name, inertia_tensor
 from .shapes import Frame, Shape, Vector, follower

@@ -9,8 +9,9 @@ from typing import Any, ClassVar
 import numpy as np
 
 from .. import _cpp
+from ..arguments import direction, vector
 from ..core.compat import Array
-from ..core.errors import ContactError, direction, positive, truth, vector
+from ..core.errors import ContactError, positive, truth
 
 Vector = Sequence[float] | Array
 

@@ -10,8 +10,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from .. import _cpp
+from ..arguments import vector
 from ..core.compat import Array, Indices
-from ..core.errors import ContactError, format_point, truth, vector
+from ..core.errors import ContactError, format_point, truth
 from .shapes import Shape, Vector
 
 # Facets by dimension and number of nodes: shape, degree, and the places of Gmsh's, VTK's

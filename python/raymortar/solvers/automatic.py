@@ -13,8 +13,8 @@ from ..core import compat, on_demand
 from ..core.errors import warn
 from ..core.problem import CoupledProblem
 from ..core.solvers.linear import direct, inexact
-from ..core.solvers.petsc_objects import DIRECT, attach, kept_inside
-from .inner import InnerSolvers, nested
+from ..core.solvers.petsc_objects import DIRECT, attach
+from .inner import InnerSolvers, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it

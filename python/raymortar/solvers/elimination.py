@@ -17,9 +17,9 @@ from ..core.discretization.joined import Places, unrolled
 from ..core.discretization.ranks import destroy, marked_everywhere
 from ..core.errors import ContactError
 from ..core.gamma.stiffness import owned_nodes_on
-from ..core.solvers.petsc_objects import KnowsProblem, kept_inside
+from ..core.solvers.petsc_objects import KnowsProblem
 from ..entries import block_diagonal, node_blocks
-from .inner import finished, inner_solver
+from .inner import finished, inner_solver, kept_inside
 from .levels import BodiesLevels, set_levels, sides
 
 # New levels are made when a solve with new blocks needs WORN times the cycles of the

@@ -1,8 +1,9 @@
-"""Solvers within solvers, and whether a matrix is symmetric."""
+"""Solvers within solvers, their errors, and whether a matrix is symmetric."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import wraps
 from typing import Any
 
 from mpi4py import MPI
@@ -112,3 +113,27 @@ def is_symmetric(A: PETSc.Mat) -> bool:
     same = bool(np.all(np.abs(a - b) <= ROUNDING * (np.abs(a) + np.abs(b))))
     destroy(x, rows, columns)
     return bool(A.comm.tompi4py().allreduce(same, MPI.LAND))
+
+
+def kept_inside(method: Callable[..., None]) -> Callable[..., None]:
+    """Let no error of a method that PETSc calls leave through PETSc where a solver raises
+    it afterwards: that would keep vectors locked, and petsc4py and DOLFINx put errors of
+    their own in its place. A solve ends with values that are no numbers instead."""
+
+    @wraps(method)
+    def inside(self: Any, thing: Any, *vectors: PETSc.Vec) -> None:
+        if self.raised is None:
+            method(self, thing, *vectors)
+            return
+        try:
+            if not self.raised:
+                method(self, thing, *vectors)
+        except Exception as error:
+            self.raised.append(error)
+        if self.raised:
+            for x in vectors[1:]:
+                x.set(np.nan)
+            if isinstance(thing, PETSc.KSP):
+                thing.setConvergedReason(PETSc.KSP.ConvergedReason.DIVERGED_NANORINF)
+
+    return inside

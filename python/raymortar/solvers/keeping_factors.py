@@ -11,9 +11,9 @@ from scipy import sparse
 
 from ..core.discretization.joined import unrolled
 from ..core.discretization.ranks import destroy
-from ..core.solvers.petsc_objects import DIRECT, SYMMETRIC_OR_NOT, kept_inside
+from ..core.solvers.petsc_objects import DIRECT, SYMMETRIC_OR_NOT
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
-from .inner import InnerSolvers, nested
+from .inner import InnerSolvers, kept_inside, nested
 from .levels import sides
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding

@@ -12,13 +12,12 @@ import numpy as np
 from dolfinx.fem import Function
 
 from .. import _cpp
+from ..arguments import direction
 from ..core.compat import Array
 from ..core.convergence.balance import EPS
 from ..core.discretization.facets import shape_functions
-from ..core.discretization.slave_fields import single_number
 from ..core.errors import (
     ContactError,
-    direction,
     is_real_number,
     is_whole_number,
     raise_everywhere,
@@ -31,6 +30,7 @@ from ..core.options.methods import Search
 from ..core.state import Quantity
 from ..core.terms import Term
 from ..entries import add_entries
+from ..facet_functions import single_number
 from .tie import Tie
 
 # Least cosine between the axis and the mean normal of a face

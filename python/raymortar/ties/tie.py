@@ -13,9 +13,11 @@ from ..core.errors import (
     is_one_of,
     raise_everywhere,
     require_agreement,
+    together,
     truth,
 )
 from ..core.options.methods import AugmentedLagrangian, Penalty, Search
+from .masters import require_masters, warn_of_corners
 
 ADJUST = ("keep", "close")
 
@@ -97,10 +99,21 @@ class Tie(Contact):
         )
         require_agreement(self.layout.comm, adjust=adjust, partial=partial)
         self._check_bodies()
-        self.assembly.present.pair_tie(partial)
+        self._pair(partial)
         self.assembly.find_cross_points([self.surfaces])
         self.update()
         self.assembly.present.updates_for_room += 1  # of the start, not of a solve
+
+    def _pair(self, partial: bool) -> None:
+        """Pair the undeformed surfaces. Collective."""
+        for zone in self.zones:
+            with together(self.layout.comm):
+                zone.cpp.pair()
+        require_masters(self.surfaces, partial)
+        cover = self.assembly.present.cover
+        if cover is not None:
+            cover.share()
+            warn_of_corners(self.surfaces)
 
     def _check_bodies(self) -> None:
         """Raise for a surface that is to follow several bodies, and for gaps to close

@@ -23,6 +23,7 @@ from raymortar import (
     Penalty,
     adjoint,
     rigid,
+    versions,
 )
 from raymortar.adjoint.functionals import as_functional
 from raymortar.core import compat
@@ -93,7 +94,7 @@ def mixed(load, offset=0.0):
     """Displacement and pressure of two blocks, the upper one pressed down."""
     scene = two_blocks(COMM, 2, "triangle", 4, 3, upper_size=(0.7, 0.6))
     mesh = scene.mesh
-    W = compat.mixed_space(mesh, ("Lagrange", 2, (2,)), ("Lagrange", 1, ()))
+    W = versions.mixed_space(mesh, ("Lagrange", 2, (2,)), ("Lagrange", 1, ()))
     w, test = fem.Function(W), ufl.TestFunction(W)
     (u, p), (v, q) = ufl.split(w), ufl.split(test)
     f = fem.Constant(mesh, np.array([0.3, load]))

@@ -23,13 +23,13 @@ from raymortar import (
     SNESSolver,
 )
 from raymortar.core import compat
-from raymortar.core.gamma.stiffness import stiffness_ratios
 from raymortar.core.solvers.petsc_objects import reason_in_words
 from raymortar.diagnose.failure import (
     InUse,
     describe,
     describe_failure,
     list_of_residuals,
+    stiffness_ratios,
     strange_gammas,
     swaps,
 )

@@ -8,7 +8,7 @@ from problems import COMM, build, fix
 
 from meshes.scenes import two_blocks
 from raymortar import ContactWarning
-from raymortar.diagnose.straight_facets import largest_sagitta
+from raymortar.setup.straight_facets import largest_sagitta
 
 RADIUS, DIVISIONS = 2.0, 8
 

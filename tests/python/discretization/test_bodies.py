@@ -12,7 +12,7 @@ from meshes.meshing import assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar.core import compat
 from raymortar.core.discretization.surfaces import connected, find_bodies
-from raymortar.core.discretization.tagged import _by_place, in_order
+from raymortar.self_contact.all_facets import _by_place, in_order
 
 
 def bodies_of_cells(V, bodies):

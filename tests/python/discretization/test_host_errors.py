@@ -11,7 +11,7 @@ import ufl
 from dolfinx import fem
 
 import raymortar
-from raymortar import ContactError
+from raymortar import ContactError, versions
 from raymortar.core import compat
 from raymortar.solvers import iterative
 
@@ -33,7 +33,7 @@ def refused(pattern):
 
 def mixed(scene):
     parts = ("Lagrange", 2, (2,)), ("Lagrange", 1, ())
-    return fem.Function(compat.mixed_space(scene.mesh, *parts), name="w")
+    return fem.Function(versions.mixed_space(scene.mesh, *parts), name="w")
 
 
 def contact_of(scene, u):

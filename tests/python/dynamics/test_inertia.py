@@ -22,7 +22,7 @@ from raymortar import (
     tools,
 )
 from raymortar.core.errors import SetUpError
-from raymortar.dynamics.massless import massless_nodes
+from raymortar.mass.massless import massless_nodes
 
 RHO = 7.85
 ALL = pytest.mark.mpi(

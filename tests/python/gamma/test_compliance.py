@@ -8,9 +8,9 @@ from slender import belt, bent
 
 from meshes.scenes import two_blocks
 from raymortar import AugmentedLagrangian, Penalty
+from raymortar.bending.compliance import NODES, SurfaceCompliance
 from raymortar.core import compat
 from raymortar.core.gamma.probing import VolumePattern
-from raymortar.core.gamma.surface_compliance import NODES, SurfaceCompliance
 
 NODES_LAW = AugmentedLagrangian(condition="nodes")
 

@@ -5,8 +5,9 @@ import pytest
 from load_paths import top_moves
 
 from raymortar import History
-from raymortar.core.interface import looking
 from raymortar.core.interface.zone_data import ZoneData
+from raymortar.results import looking
+from raymortar.results.tractions import seen_points
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def test_points_that_are_kept_are_those_of_the_state_and_nobody_changes_them(fou
         zone.points()["pressure"][:] = np.nan
         with looking.at([zone]):
             again = zone.points()
-        last = zone.seen_points()
+        last = seen_points(zone)
     assert len(found) == 1 and zone.kept_points is None
     for name, values in right.items():
         np.testing.assert_array_equal(again[name], values)

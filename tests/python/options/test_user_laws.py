@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from raymortar import ContactError
-from raymortar.core.options.user_laws import (
+from raymortar.user_laws.arguments import (
     beyond_differences,
     check_functions,
     chosen,

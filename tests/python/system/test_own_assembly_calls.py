@@ -53,7 +53,6 @@ SPACES = {
     "mesh": lambda: tools.vector_space(io.read_gmsh(MESH, COMM, gdim=2).mesh, 1),
     "degree": lambda: tools.vector_space(bodies(1.0).mesh, 2),
     "values": lambda: compat.scalar_space(bodies(1.0).mesh, 1),
-    "like": lambda: tools.vector_space(bodies(1.0).mesh, 1),
 }
 
 

@@ -7,8 +7,6 @@ Vectors are handled as *ghosted arrays*: the unrolled dofs of a space on this ra
 owned ones first, then ghosts, shape ``((owned + ghosts) * block size,)``.
 """
 
-from .arrays import *
-from .at_points import *
 from .forms import *
 from .generation import *
 from .meshes import *

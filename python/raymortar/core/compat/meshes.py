@@ -1,4 +1,4 @@
-"""Meshes and their tags, where cells go; function spaces and parts of mixed ones."""
+"""Meshes and their tags; function spaces and parts of mixed ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import dolfinx
 import numpy as np
 import numpy.typing as npt
 import ufl
-from dolfinx import cpp as _cpp
 from dolfinx import fem, geometry
 
 from ..errors import ContactError
@@ -128,56 +127,6 @@ def meshtags(
     return dolfinx.mesh.meshtags(mesh, dim, entities[order], values[order])
 
 
-def _ranks_across_facets(
-    cells: npt.NDArray[np.int64], cell: str, ranks: Indices
-) -> list[set[int]]:
-    """Other ranks that have a cell across a facet, for each of the cells."""
-    columns = np.array(basix_element(cell, 1).facet_vertices)
-    facets = np.sort(cells[:, columns], axis=2).reshape(-1, columns.shape[1])
-    of_cell = np.repeat(np.arange(len(cells)), len(columns))
-    order = np.lexsort(facets.T)
-    same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
-    pairs = np.column_stack([of_cell[order][:-1][same], of_cell[order][1:][same]])
-    others: list[set[int]] = [set() for _ in cells]
-    for a, b in pairs[ranks[pairs[:, 0]] != ranks[pairs[:, 1]]]:
-        others[a].add(int(ranks[b]))
-        others[b].add(int(ranks[a]))
-    return others
-
-
-def as_destinations(ranks: npt.ArrayLike, count: int, size: int) -> Indices:
-    """Check the ranks of so many cells: whole numbers from 0 to ``size - 1``."""
-    found = np.asarray(ranks)
-    if found.shape != (count,) or not np.issubdtype(found.dtype, np.integer):
-        raise ContactError(
-            f"partition must give the rank of each of the {count} cells, whole numbers "
-            f"of shape ({count},), not {found.dtype} of shape {found.shape}"
-        )
-    wrong = np.flatnonzero((found < 0) | (found >= size))
-    if len(wrong):
-        raise ContactError(
-            f"partition gives cell {wrong[0]} to rank {found[wrong[0]]}, of {size} ranks"
-        )
-    return found.astype(np.int32)
-
-
-def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
-    """Partitioner that sends each of this rank's cells to a given rank.
-
-    Cells have their nodes in Basix order, (n_cells, n). The name of the cell type may be
-    anything where there are no cells.
-    """
-    rows = [[rank] for rank in ranks.tolist()]
-    if HAS_UFL_ELEMENTS and rows:
-        # It knows the vertices that ranks share from ghosts alone, which it drops later
-        others = _ranks_across_facets(cells, cell, ranks)
-        rows = [row + sorted(more) for row, more in zip(rows, others)]
-    offsets = np.cumsum([0] + [len(row) for row in rows], dtype=np.int32)
-    data = np.array([rank for row in rows for rank in row], dtype=np.int32)
-    # Its arguments differ between versions, and none of them is needed
-    return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)
-
-
 # Spaces
 
 
@@ -189,10 +138,10 @@ def space(
     if not HAS_UFL_ELEMENTS:
         return fem.functionspace(mesh, (family, degree, shape or None))
     element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
-    return fem.FunctionSpace(mesh, _with_shape(element, shape))
+    return fem.FunctionSpace(mesh, with_shape(element, shape))
 
 
-def _with_shape(element: Any, shape: tuple[int, ...]) -> Any:
+def with_shape(element: Any, shape: tuple[int, ...]) -> Any:
     """Make an element of UFL's own, of scalars, one of values of a given shape."""
     if len(shape) == 1:
         return ufl.VectorElement(element, dim=shape[0])
@@ -270,30 +219,6 @@ def dofmap_array(V: fem.FunctionSpace) -> Indices:
     return table(V.dofmap.list, V.dofmap.dof_layout.num_dofs)
 
 
-def mixed_space(
-    mesh: dolfinx.mesh.Mesh, *parts: tuple[str, int, tuple[int, ...]]
-) -> fem.FunctionSpace:
-    """Mixed space of several elements.
-
-    Parameters
-    ----------
-    mesh
-        Mesh.
-    parts
-        Family, degree and shape of the values of each, as of `space`.
-    """
-    if HAS_UFL_ELEMENTS:
-        elements = [space(mesh, *part).ufl_element() for part in parts]
-        return fem.FunctionSpace(mesh, ufl.MixedElement(elements))
-    import basix.ufl
-
-    elements = [
-        basix.ufl.element(family, cell_name(mesh), degree, shape=shape or None)
-        for family, degree, shape in parts
-    ]
-    return fem.functionspace(mesh, basix.ufl.mixed_element(elements))
-
-
 def component(V: fem.FunctionSpace) -> int:
     """Number of the part of a larger space that a view into it is."""
     parts = list(V.component())
@@ -342,6 +267,15 @@ def unknowns_of(f: fem.Function) -> tuple[Any, int]:
     """Index map and block size of a Function's vector; of a part those of the whole."""
     dofmap = f.function_space.dofmap
     return dofmap.index_map, dofmap.index_map_bs
+
+
+def is_like(V: Any, W: fem.FunctionSpace) -> bool:
+    """Whether a C++ space has the mesh of another one and as many dofs."""
+    of, other = unwrap(V), unwrap(W)
+    maps = of.dofmap.index_map, other.dofmap.index_map
+    sizes = [(one.size_local, one.num_ghosts, one.size_global) for one in maps]
+    same_blocks = of.dofmap.index_map_bs == other.dofmap.index_map_bs
+    return bool(of.mesh is other.mesh and same_blocks and sizes[0] == sizes[1])
 
 
 def contains(V: fem.FunctionSpace, W: fem.FunctionSpace) -> bool:

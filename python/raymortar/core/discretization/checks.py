@@ -6,7 +6,6 @@ the axis r = 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,11 +15,9 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from ..errors import ContactError, format_point, raise_everywhere, together, warn
-from ..target import Target
+from ..errors import ContactError, format_point, raise_everywhere, together
 from . import facets as lookup
 from .facets import FACET_SHAPE, FACETS_PER_CELL, Facets, coordinates, normals
-from .joined import parts_of
 from .ranks import count_marks, sums_at
 from .surfaces import facet_areas
 
@@ -34,9 +31,7 @@ MAX_FOLD = 1e-8
 # Least cosine between the mean normals of the two faces of a crack at its tip: 10 degrees
 CRACK = 0.985
 # A radius below this share of the mesh's size counts as zero
-_ON_AXIS = 1e-12
-# A force below this share of the stiffness is rounding error, if all radii grow by one
-_NO_HOOPS = 1e6 * float(np.finfo(float).eps)
+ON_AXIS = 1e-12
 
 
 def _mesh_fault(mesh: Mesh) -> str | None:
@@ -255,114 +250,18 @@ def weight(mesh: Mesh) -> Any:
     return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]
 
 
-def check_half_plane(u: Any) -> None:
-    """Refuse meshes that are not 2D, or that have nodes with r < 0."""
-    for mesh in (part.function_space.mesh for part in parts_of(u)):
-        with together(mesh.comm):
-            if mesh.geometry.dim != 2:
-                raise ContactError(
-                    "axisymmetric=True is for meshes in the (r, z) half plane, in 2D; "
-                    f"this one is in {mesh.geometry.dim}D"
-                )
-            X = coordinates(mesh)
-            behind = np.flatnonzero(X[:, 0] < -_ON_AXIS * _size(X))
-            if len(behind):
-                raise ContactError(
-                    f"axisymmetric=True, but {len(behind)} node(s) have r = x[0] < 0, "
-                    f"for example at {format_point(X[behind[0]], X)}: the axis is r = 0, "
-                    "the mesh the half plane r >= 0"
-                )
-
-
-def _size(X: Array) -> float:
+def size_of(X: Array) -> float:
     """Largest magnitude of a coordinate on this rank."""
     return float(np.abs(X).max(initial=0.0))
 
 
-def _on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
+def on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
     """Find the facets on the axis, and the nodes of all."""
     X = coordinates(mesh)
     nodes = X[lookup.node_table(mesh, facets)]
-    return (nodes[:, :, 0] <= _ON_AXIS * _size(X)).all(axis=1), nodes
+    return (nodes[:, :, 0] <= ON_AXIS * size_of(X)).all(axis=1), nodes
 
 
 def off_axis(mesh: Mesh, facets: Facets) -> Facets:
     """Leave out facets on the axis."""
-    return facets.some(~_on_axis(mesh, facets)[0])
-
-
-def check_off_axis(mesh: Mesh, facets: Facets) -> None:
-    """Refuse facets on the axis, where the solid has no surface."""
-    on, nodes = _on_axis(mesh, facets)
-    with together(mesh.comm):
-        if on.any():
-            middle = nodes[on][0].mean(axis=0)
-            raise ContactError(
-                f"{int(on.sum())} facet(s) with {facets.spoken} lie on the axis r = 0, "
-                f"the first at {format_point(middle, nodes)}: in a full turn they are "
-                "no surface"
-            )
-
-
-def check_revolved(bodies: Sequence[Target]) -> None:
-    """Refuse rigid bodies that are free to leave the axis, or to tilt.
-
-    The tool is what the part of a section at r >= 0 makes in a full turn, which is a
-    solid wherever the section crosses the axis. A circle with its centre beside the
-    axis is then no ball, which is warned of.
-    """
-    for body in bodies:
-        others = [name for name in body.freedom.names if name != "y"]
-        if others:
-            raise ContactError(
-                f"axisymmetric=True, but the rigid {body.name} is free along "
-                f"{', '.join(others)}: a solid of revolution stays one if it moves "
-                'along the axis only, free = ("y",)'
-            )
-        radius, centre = getattr(body.shape, "radius", 0.0), abs(body.shape.place[0])
-        if _ON_AXIS * radius < centre < (1.0 - _ON_AXIS) * radius:
-            warn(
-                f"axisymmetric=True, and the rigid {body.name} crosses the axis r = 0 "
-                f"with its centre at r = {body.shape.place[0]:.4g}: in a full turn it is "
-                "no ball. A ball has its centre at r = 0",
-            )
-
-
-def off_axis_fault(bodies: Sequence[Target]) -> str | None:
-    """Name a rigid body that has left or crossed the axis, or has turned."""
-    for body in bodies:
-        motion = body.motion()
-        off, turn = _off_axis(body, motion[0]), motion[5]
-        if off or turn:
-            way = f"{off} by {motion[0]:.4g}" if off else f"turned by {turn:.4g}"
-            return (
-                f"axisymmetric=True, but the rigid {body.name} has {way}: a solid of "
-                "revolution stays one if it moves along the axis only, move((0, z))"
-            )
-    return None
-
-
-def _off_axis(body: Target, moved: float) -> str:
-    """Name the fault of a motion along r, if any: beside the axis it widens a ring."""
-    points = getattr(body.shape, "points", body.shape.place[None])
-    radius = getattr(body.shape, "radius", 0.0)
-    nearest, tolerance = points[:, 0].min() - radius, _ON_AXIS * _size(points)
-    if nearest <= tolerance:
-        return "left the axis" if moved else ""
-    ends = radius > 0.0 or hasattr(body.shape, "points")
-    return "crossed the axis" if ends and nearest + moved < -tolerance else ""
-
-
-def warn_of_plane_form(forces: Array, diagonal: Array, comm: Any) -> None:
-    """Warn if the form does not resist a growth of the radius, as hoops do.
-
-    The forces are those when all radii grow by 1, the diagonal that of the stiffness,
-    both at this rank's dofs.
-    """
-    sums = np.array([forces @ forces, diagonal @ diagonal])
-    hoops, stiffness = np.sqrt(comm.allreduce(sums))
-    if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:
-        warn(
-            "axisymmetric=True, but the form resists no growth of the radius: it needs "
-            "the hoop strain u_r / r and the weight 2 pi r in all of its integrals",
-        )
+    return facets.some(~on_axis(mesh, facets)[0])

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from itertools import chain, combinations, product
 from typing import Any
-
-from mpi4py import MPI
 
 import numpy as np
 import ufl
@@ -17,7 +15,7 @@ from ufl.algorithms.analysis import extract_type
 from ufl.constantvalue import ComplexValue
 
 from .. import compat
-from ..errors import ContactError, described, warn
+from ..errors import ContactError, described
 from .joined import Displacement
 from .unknowns import Unknowns
 
@@ -61,35 +59,6 @@ def _is_complex(form: ufl.Form) -> bool:
     return bool(extract_type(form, ComplexValue)) or any(map(np.iscomplexobj, values))
 
 
-def check_functional(name: str, given: Any) -> list[ufl.Form]:
-    """UFL forms without arguments as a list: one, a list of one for each mesh, or None
-    for none.
-
-    Raises
-    ------
-    ContactError
-        If it is anything else.
-    """
-    forms = list(given) if isinstance(given, (list, tuple)) else [given]
-    found = [form for form in forms if form is not None]
-    if not all(isinstance(form, ufl.Form) and not form.arguments() for form in found):
-        raise ContactError(
-            f"{name} must be a UFL functional: a form without test function, or a list "
-            "of one for each mesh"
-        )
-    return found
-
-
-def functional(forms: Sequence[ufl.Form], comm: MPI.Comm) -> Callable[[], float]:
-    """Compile functionals; what is returned finds their sum. Collective."""
-    compiled = [compat.form(form) for form in forms]
-
-    def value() -> float:
-        return float(comm.allreduce(sum(map(fem.assemble_scalar, compiled))))
-
-    return value
-
-
 def list_of_conditions(bcs: Any) -> list[Any]:
     """Dirichlet conditions as a new list."""
     try:
@@ -98,26 +67,6 @@ def list_of_conditions(bcs: Any) -> list[Any]:
         raise ContactError(
             f"bcs must be a list of Dirichlet conditions, not {type(bcs).__name__}"
         ) from None
-
-
-def check_supports(name: str, supports: Any) -> dict[str, list[Any]]:
-    """Conditions as a list by name of the support, or an error."""
-    if not isinstance(supports or {}, Mapping):
-        raise ContactError(
-            f"{name} must be Dirichlet conditions by name of the support, not "
-            f"{type(supports).__name__}"
-        )
-    found = {
-        support: list(bcs) if isinstance(bcs, (list, tuple)) else [bcs]
-        for support, bcs in (supports or {}).items()
-    }
-    for support, bc in ((support, bc) for support, bcs in found.items() for bc in bcs):
-        if not hasattr(bc, "dof_indices"):
-            raise ContactError(
-                f"{name} has {described(bc)} for {support!r}, which is no Dirichlet "
-                "condition"
-            )
-    return found
 
 
 def check_compiled(a: Any, unknowns: Unknowns) -> None:
@@ -137,7 +86,8 @@ def check_compiled(a: Any, unknowns: Unknowns) -> None:
     for d in unknowns.displacements:
         block = a if count == 1 else a[d.at][d.at]
         spaces = [] if block is None else compat.compiled_spaces(block)
-        if not all(compat.contains(V, d.given.function_space) for V in spaces):
+        own = d.given.function_space
+        if not all(compat.contains(V, own) or compat.is_like(V, own) for V in spaces):
             raise ContactError(
                 f"a has a test or trial function in another space than the displacement "
                 f"{d.given.name} that Contact was given, or the mixed Function that it "
@@ -274,79 +224,6 @@ def derivative(form: Any, f: Function, expanded: bool = False) -> Any:
     J = ufl.derivative(form, f, ufl.TrialFunction(f.function_space))
     found = expand_derivatives(J)
     return None if found.empty() else found if expanded else J
-
-
-_MESSAGE = (
-    "F looks as if it had inertia: over cells it has {u} and {other}, neither "
-    "differentiated. If so, give it to dynamics.Inertia instead"
-)
-
-
-def warn_of_inertia(F: Any, functions: Sequence[Function], unknowns: Unknowns) -> None:
-    """Warn where residuals of displacements seem to have inertia. The level of
-    `warnings.warn` is seen from the caller."""
-    forms = F if isinstance(F, (list, tuple)) else [F]
-    for k in sorted({one.at for one in unknowns.displacements}):
-        f = functions[k]
-        other = _earlier_state(forms[k], f)
-        if other is not None:
-            text = _MESSAGE.format(u=f.name, other=other.name)
-            warn(text, page="fields")
-            return
-
-
-def _earlier_state(form: ufl.Form, f: Function) -> Function | None:
-    """Find another Function of the space of f that is in a term over cells, where this
-    term has f and the test function and differentiates none of the three.
-
-    Inertia has velocities or displacements of earlier steps there. Springs to a fixed
-    place have none.
-    """
-    for part in form.integrals():
-        plain = _undifferentiated(part.integrand())
-        others = [
-            c
-            for c in plain
-            if isinstance(c, Function)
-            and c is not f
-            and compat.is_same_space(c.function_space, f.function_space)
-        ]
-        if part.integral_type() != "cell" or not others or f not in plain:
-            continue
-        J = derivative(ufl.Form([part]), f, expanded=True)
-        # Whether a term of it differentiates neither argument
-        if J is not None and any(
-            set(J.arguments()) <= _undifferentiated(term)
-            for one in J.integrals()
-            for term in _terms(one.integrand())
-        ):
-            return others[0]
-    return None
-
-
-def _terms(expression: Any) -> Iterator[Any]:
-    """Yield the terms of a sum, also within sums over an index."""
-    kind = type(expression).__name__
-    if kind == "Sum":
-        for operand in expression.ufl_operands:
-            yield from _terms(operand)
-    elif kind == "IndexSum":
-        yield from _terms(expression.ufl_operands[0])
-    else:
-        yield expression
-
-
-def _undifferentiated(expression: Any) -> set[Any]:
-    """Collect Functions and arguments of an expression that are outside of derivatives."""
-    found, left = set(), [expression]
-    while left:
-        one = left.pop()
-        if isinstance(one, ufl.classes.Derivative):
-            continue
-        if isinstance(one, (ufl.classes.Coefficient, ufl.classes.Argument)):
-            found.add(one)
-        left.extend(one.ufl_operands)
-    return found
 
 
 def extended(F: Any, J: Any, count: int) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""Values that ranks exchange: boxes, sums at dofs, rows, counts of messages; and
+"""Values that ranks exchange: boxes, sums at dofs, rows; and
 objects that all ranks must destroy together.
 
 Python frees objects of a reference cycle at any time. A solver is in such a cycle if a
@@ -10,8 +10,6 @@ them.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass
 from typing import Any
 
 from mpi4py import MPI
@@ -137,42 +135,3 @@ def marked_everywhere(
     Parameters are as those of `count_marks`; a dof may occur more than once.
     """
     return count_marks(V.dofmap.index_map, dofs, marks) > 0.5
-
-
-@dataclass(frozen=True)
-class Sent:
-    """Counts of messages from one rank to another.
-
-    ``pairing_*``: sent to find partners and to exchange facets, whenever facets have
-    moved too far to keep the last ones. ``value_*``: displacements at the dofs of those
-    facets, sent at every update. Both are sums since the contact was made.
-    ``*_entries``: entries of the contact's matrix and residual in rows of other ranks,
-    which PETSc sends at one assembly to ``entry_ranks`` ranks.
-    """
-
-    pairing_messages: int = 0
-    pairing_bytes: int = 0
-    value_messages: int = 0
-    value_bytes: int = 0
-    matrix_entries: int = 0
-    vector_entries: int = 0
-    entry_ranks: int = 0
-
-
-@dataclass(frozen=True)
-class Communication:
-    """Sums over all ranks, and for each count the largest one of a rank."""
-
-    total: Sent = Sent()
-    largest: Sent = Sent()
-
-
-def communication(
-    traffic: Sequence[Mapping[str, int]], comm: MPI.Comm
-) -> Communication:
-    """Add up counts of this rank's zones, and those of all ranks. Collective."""
-    counts = np.array([astuple(Sent()), *(astuple(Sent(**one)) for one in traffic)])
-    ranks = np.array(comm.allgather(counts.sum(axis=0)))
-    return Communication(
-        *(Sent(*found.tolist()) for found in (ranks.sum(axis=0), ranks.max(axis=0)))
-    )

@@ -1,12 +1,8 @@
-"""Fields on slave facets, as nodal values, and Functions that terms bring.
-
-Fields are numbers, Functions or callables. A term of the equations may bring a Function
-on some facets alone, or one number.
-"""
+"""Fields on slave facets as nodal values, from numbers, Functions or callables."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -14,25 +10,13 @@ from mpi4py import MPI
 
 import numpy as np
 import ufl
-from dolfinx.fem import Function, FunctionSpace
+from dolfinx.fem import Function
 
 from .. import compat
-from ..compat import Array, Indices, Mask
+from ..compat import Array, Mask
 from ..errors import ContactError, described, is_real_number, together
-from .facets import (
-    FACET_SHAPE,
-    N_CORNERS,
-    Facets,
-    coordinates,
-    facet_node_table,
-    facet_nodes,
-    match_points,
-    shape_functions,
-)
-from .joined import Displacement
-from .ranks import keep_communicator
+from .facets import facet_nodes, shape_functions
 from .tagged import ZoneFacets
-from .unknowns import Unknowns
 
 # Number, scalar Function on the slave's mesh, or f(x) of undeformed positions
 FieldValue: TypeAlias = "float | Function | Callable[[Array], Array]"
@@ -57,8 +41,6 @@ OFFSET = Quantity("offset", "must be finite", np.isfinite)
 FRICTION_COEFFICIENT = Quantity(
     "friction coefficient mu", "must not be negative", lambda v: v >= 0.0
 )
-FRICTION_FIELD = Quantity("a field of Friction", "must be finite", np.isfinite)
-FLUX_FIELD = Quantity("a field of Flux", "must be finite", np.isfinite)
 FRICTION_BOUND = Quantity("friction bound", "must not be negative", lambda v: v >= 0.0)
 
 
@@ -151,79 +133,3 @@ def _values(quantity: Quantity, value: Any, zone: ZoneFacets) -> Array:
             f"shape ({len(flat)},)"
         )
     return found.astype(np.float64).reshape(shape)
-
-
-def function_on_facets(V: FunctionSpace, facets: Facets, name: str) -> Any:
-    """Make a Function of a space's element on facets alone. Collective.
-
-    Its mesh is that of the facets, straight, so it has no other dofs.
-
-    Returns
-    -------
-    f, table
-        The Function, and its local block dofs on each of the facets, in the order of
-        `facet_dof_table`, (facets, n).
-    """
-    info, mesh, comm = compat.element_info(V), V.mesh, V.mesh.comm
-    shape = FACET_SHAPE[compat.cell_name(mesh)]
-    corners = facet_node_table(mesh, facets)[:, : N_CORNERS[shape]]
-    numbers, x = compat.geometry_nodes_global(mesh)[corners], coordinates(mesh)[corners]
-    # Corners in the order of Basix
-    vertices = compat.basix_element(shape, 1).points
-    order = match_points(facet_nodes(shape, 1), vertices)
-    surface = _gathered_mesh(comm, numbers[:, order], x[:, order], shape)
-    space = compat.space(surface, "Lagrange", info.degree, info.value_shape)
-    f = Function(space, name=name)
-    N, _ = shape_functions(shape, 1, facet_nodes(shape, info.degree))
-    nodes = np.einsum("an,fnd->fad", N, x)
-    return f, _dofs_at(f, np.pad(nodes, ((0, 0), (0, 0), (0, 3 - x.shape[2]))))
-
-
-def _gathered_mesh(comm: MPI.Comm, cells: Any, x: Array, cell: str) -> Any:
-    """Mesh of cells with global numbers of their corners, which stay on their ranks.
-    Collective."""
-    gathered = comm.gather((cells, x), root=0)
-    points, ranks = np.empty((0, x.shape[2])), np.empty(0, dtype=np.int32)
-    table = np.empty((0, cells.shape[1]), dtype=np.int64)
-    if gathered is not None:
-        ranks = np.repeat(np.arange(comm.size), [len(one) for one, _ in gathered])
-        every = np.concatenate([one for one, _ in gathered])
-        _, first, table = np.unique(every, return_index=True, return_inverse=True)
-        points = np.concatenate([one for _, one in gathered]).reshape(-1, x.shape[2])
-        points, table = points[first], table.reshape(every.shape)
-    mesh = compat.create_mesh(comm, table, points, cell, destinations=ranks)
-    keep_communicator(mesh)
-    return mesh
-
-
-def _dofs_at(f: Function, x: Array) -> Indices:
-    """Find a Function's local block dofs at their positions (..., 3)."""
-    if x.size == 0:
-        return np.empty(x.shape[:-1], dtype=np.int32)
-    from scipy.spatial import cKDTree
-
-    nodes = f.function_space.tabulate_dof_coordinates()
-    _, found = cKDTree(nodes).query(x)
-    return np.asarray(found, dtype=np.int32)
-
-
-def single_number(comm: MPI.Comm, name: str) -> Function:
-    """Make a Function with one dof in all, on the first rank. Collective."""
-    here = int(comm.rank == 0)
-    cells, x = np.arange(2)[None][:here], np.arange(2.0)[None, :, None][:here]
-    mesh = _gathered_mesh(comm, cells, x, "interval")
-    return Function(compat.space(mesh, "DG", 0), name=name)
-
-
-def find_fields(fields: Sequence[Displacement], unknowns: Unknowns, owner: str) -> None:
-    """Note which unknown each field is, or is a part of; raise if it is none."""
-    for one in fields:
-        place = one.place_among(unknowns.functions)
-        if place is None:
-            names = ", ".join(f.name for f in unknowns.functions)
-            raise ContactError(
-                f"the field {one.given.name} that {owner} was given is none of the "
-                f"unknowns [{names}], nor a part of one: give the problem its equation "
-                "too, F and u as lists"
-            )
-        one.at = place

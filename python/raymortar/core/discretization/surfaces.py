@@ -14,7 +14,7 @@ from dolfinx.fem import FunctionSpace
 from .. import compat
 from ..compat import Array, Indices, Mask
 from . import facets as lookup
-from .facets import FACET_SHAPE, Facets, Global, normals, shape_functions
+from .facets import FACET_SHAPE, N_CORNERS, Facets, Global, normals, shape_functions
 from .joined import NUMBERS_OF_PART, JoinedSpace, parts_of, places_of
 from .ranks import of_all, sums_at
 
@@ -208,6 +208,12 @@ def build_surface(
         zone=np.repeat(np.arange(len(counts), dtype=np.int32), counts),
         is_straight=compat.geometry_degree(mesh) == 1,
     )
+
+
+def corner_ids(surface: Surface) -> Global:
+    """Global numbers of the corners of facets, (n_facets, n)."""
+    corners = surface.facet_dofs[:, : N_CORNERS[surface.shape]]
+    return surface.dof_ids[corners]
 
 
 # Areas

@@ -2,5 +2,4 @@
 
 - probing: moduli and Poisson's ratios, from products with the volume's matrix
 - stiffness: the stiffness of the cells behind each facet
-- surface_compliance: that of surfaces of bodies that bend
 """

@@ -14,7 +14,6 @@ from dolfinx.fem import Function
 from dolfinx.fem.petsc import assemble_matrix
 
 from ..compat import Array, Indices
-from ..discretization.checks import warn_of_plane_form
 from ..discretization.layout import CoupledRows
 from ..discretization.ranks import destroy, ends_of
 from ..discretization.unknowns import Unknowns
@@ -77,8 +76,6 @@ class VolumePattern:
         self.response: Array | None = None
         self.stiffness = _parts(own)
         self._matrices = [K for K in itertools.chain(*blocks) if K is not None]
-        if axisymmetric:
-            warn_of_plane_form(self.translation[0], self.diagonal, layout.comm)
         if strains:
             probe = response_of_revolution if axisymmetric else strain_response
             self.response = probe(own, u)
@@ -154,23 +151,6 @@ def _couplings(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Array:
                 found[:, rows] += [product(size, one[columns]) for one in marks]
                 size.destroy()
     return found
-
-
-def row_sums(a: Any, layout: CoupledRows) -> Array:
-    """Sum the absolute entries of each owned row of the forms over its own Function.
-    Collective."""
-    table = a if isinstance(a, list) else [[a]]
-    sizes = np.diff(layout.unknowns.owned_starts)
-    found = []
-    for k, n in enumerate(sizes):
-        K = _assembled(table[k][k])
-        if K is None:
-            found.append(np.zeros(n))
-            continue
-        offsets, _, values = K.getValuesCSR()
-        found.append(np.diff(np.append(0.0, np.cumsum(np.abs(values)))[offsets]))
-        K.destroy()
-    return np.concatenate(found)
 
 
 def _of_displacement(blocks: Sequence[Sequence[Any]], unknowns: Unknowns) -> Any:

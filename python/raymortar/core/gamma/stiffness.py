@@ -25,16 +25,7 @@ from ..discretization.surfaces import (
 from ..errors import ContactError, raise_everywhere
 from ..interface.coefficients import Interfaces, Measure
 from ..interface.contact_surfaces import ContactSurfaces
-from ..interface.zone_data import ZoneData, mean_facet_size
-from ..options.methods import AugmentedLagrangian, Penalty
 from .probing import VolumePattern, deviators, stiffness_without_bulk
-from .surface_compliance import SurfaceCompliance
-
-# Ratio of (5.16) to (5.2) below which bodies bend (docs/measured/slip_fronts.md)
-BENDS = 0.015
-
-# Pressure that is rounding error, of gamma times the size of a facet
-NO_PRESSURE = 1e-10
 
 
 def owned_nodes_on(V: Any, surfaces: Sequence[Surface]) -> Places:
@@ -51,7 +42,7 @@ def _free_nodes(layout: CoupledRows, bcs: Sequence[Any]) -> Mask:
     return (fixed[: dofmap.index_map.size_local] == 0).any(axis=1)
 
 
-def _of_sides(
+def of_sides(
     volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any]
 ) -> Measure:
     """Make the measure of one side of pairs of bodies for `Interfaces.tables`.
@@ -119,7 +110,7 @@ def contact_stiffness(
         softer = np.where(counts, found, np.inf).min(axis=0)
         return softer * (slave[:, 2] if times_size else 1.0)
 
-    tables = interfaces.tables(_of_sides(volume, interfaces, bcs), pair)
+    tables = interfaces.tables(of_sides(volume, interfaces, bcs), pair)
     least = min(float(table.min()) for table in tables)
     message = None
     if not np.isfinite(least):
@@ -129,87 +120,6 @@ def contact_stiffness(
         )
     raise_everywhere(interfaces.layout.comm, message, ContactError)
     return [np.where(np.isfinite(table), table, least) for table in tables]
-
-
-def automatic_coefficients(
-    surfaces: ContactSurfaces,
-    volume: VolumePattern,
-    method: AugmentedLagrangian | Penalty,
-    bcs: Sequence[Any],
-    compliance: SurfaceCompliance,
-) -> list[Array]:
-    """Coefficient where the user gives none, a table for each zone. Collective.
-
-    The answer of a penalty, the scale of a tie and, with friction, a law at points
-    depend on it: it is the stiffness of (5.2) times a factor. Of a law at nodes, which
-    does not depend on it, it is the geometric mean of that and the inverse of what the
-    surface yields, where that is less [theory (5.16)]: the active set needs gamma g of
-    the size of the pressure for single nodes as well as for whole arcs of a body that
-    bends. Traction per length.
-    """
-    interfaces = surfaces.interfaces
-    if surfaces.tied is None and method.condition == "nodes":
-        tables = soft_coefficients(interfaces, volume, bcs, compliance)
-    else:
-        tables = contact_stiffness(volume, interfaces, bcs)
-    return [method.automatic_factor * table for table in tables]
-
-
-def soft_coefficients(
-    interfaces: Interfaces,
-    volume: VolumePattern,
-    bcs: Sequence[Any],
-    compliance: SurfaceCompliance,
-) -> list[Array]:
-    """Coefficient of a law at nodes [theory (5.16)], a table for each zone.
-    Traction per length. Collective."""
-    arcs = _of_arcs(_of_sides(volume, interfaces, bcs), interfaces, compliance)
-    stiffness = contact_stiffness(volume, interfaces, bcs)
-    return [np.minimum(*both) for both in zip(stiffness, arcs)]
-
-
-def _of_arcs(
-    of_side: Measure, interfaces: Interfaces, compliance: SurfaceCompliance
-) -> list[Array]:
-    """Geometric means of stiffness and inverse compliance, of both sides in series; inf
-    where neither has both. Collective."""
-
-    def measure(surfaces: Sequence[Surface]) -> Array:
-        # Bodies that buckle may yield by less than nothing
-        yields = np.maximum(compliance.of_side(surfaces), 0.0)
-        stiffness = of_side(surfaces)[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            squared = yields / stiffness
-        return np.where(np.isfinite(squared), squared, 0.0)[:, None]
-
-    def pair(slave: Array, master: Array) -> Array:
-        with np.errstate(divide="ignore"):
-            return 1.0 / np.sqrt(slave[:, 0] + master[:, 0])
-
-    return interfaces.tables(measure, pair)
-
-
-def stiffness_ratios(
-    volume: VolumePattern, interfaces: Interfaces, bcs: Sequence[Any] = ()
-) -> list[Array]:
-    """Modulus of the slave's side of pairs of bodies over that of the master's.
-
-    A table for each zone; 0 where one side cannot move or has no stiffness. Collective.
-    """
-
-    def pair(slave: Array, master: Array) -> Array:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = slave[:, 0] * slave[:, 2] / (master[:, 0] * master[:, 2])
-        moves = (slave[:, 1] > 0.0) & (master[:, 1] > 0.0)
-        return np.where(moves & np.isfinite(ratio), ratio, 0.0)
-
-    return interfaces.tables(_of_sides(volume, interfaces, bcs), pair)
-
-
-def rounding_force(zone: ZoneData, gamma: float) -> float:
-    """Force on a slave facet of mean size that is rounding error. Collective."""
-    size = mean_facet_size([zone])
-    return float(NO_PRESSURE * gamma * size**zone.facets.slave_surface.gdim)
 
 
 def shear_moduli(

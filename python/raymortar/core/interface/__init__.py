@@ -6,7 +6,6 @@
 - unfelt: multipliers that no free row feels
 - present: the present state, and the one that a step starts from
 - offsets: clearance and interference
-- friction_at_points: users' friction laws
 - point_results: statuses, and values at points from nodes and back
 - pairs: names of pairs
 """

@@ -4,7 +4,6 @@ surfaces touch which their meshes hold apart, and tractions of an exact penalty.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +16,7 @@ from ..discretization.joined import parts_of
 from ..discretization.ranks import largest
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
 from ..discretization.thickness import Cells, thickness_behind
-from ..errors import ContactError, positive, require_agreement, together, warn
+from ..errors import require_agreement, together, warn
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
 from .zone_data import ZoneData, mean_facet_size
@@ -30,22 +29,6 @@ CLOSED_WITHIN = 1e-4
 OPEN_WITHIN = 1e-3
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
-
-
-@dataclass(frozen=True)
-class Adjustment:
-    """Changes that `Contact.adjust` has made, on all ranks.
-
-    Attributes
-    ----------
-    facets
-        Slave facets that have been adjusted.
-    largest
-        Largest change of a gap at their nodes. Length.
-    """
-
-    facets: int
-    largest: float
 
 
 class Offsets:
@@ -77,30 +60,6 @@ class Offsets:
         for zone in self._zones:
             zone.send_offset()
 
-    def require_start(self, within: Any) -> None:
-        """Raise unless surfaces can be adjusted by a length. Collective."""
-        with together(self._surfaces.comm):
-            if np.any(self._surfaces.u.x.array):
-                raise ContactError(
-                    "adjust is for the undeformed start, and the displacement is not "
-                    "zero: call it before the first step"
-                )
-            positive("within", within)
-        require_agreement(self._surfaces.comm, within=within)
-
-    def adjust(self, within: float) -> Adjustment:
-        """Make near surfaces just touch, after an update; see `Contact.adjust`."""
-        comm = self._surfaces.comm
-        changes = [adjustment(zone, float(within)) for zone in self._zones]
-        for zone, change in zip(self._zones, changes):
-            known = zone.adjustment
-            zone.adjustment = change if known is None else known + change
-        for zone in self._zones:
-            zone.send_offset()
-        facets = sum(int(change.any(axis=1).sum()) for change in changes)
-        most = max(float(np.abs(change).max(initial=0.0)) for change in changes)
-        return Adjustment(comm.allreduce(facets), largest(comm, most))
-
     def _excess_on(self, zone: ZoneData) -> str | None:
         """Message on an interference for which no body is thick enough. Collective."""
         facets, comm = zone.facets, self._surfaces.comm
@@ -123,31 +82,6 @@ class Offsets:
             f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
             "length in the unit of the mesh"
         )
-
-
-def adjustment(zone: ZoneData, within: float) -> Array:
-    """Change of a zone's offset with which near surfaces just touch, (facets, nodes).
-
-    On each facet with points whose gap is at most `within`, a polynomial of the
-    displacement's degree is fitted to minus the gap, and raised until no point
-    overlaps. So the start is free of stress. Between points a clearance is left: the
-    part of the gap that such a polynomial cannot represent.
-    """
-    surface, points = zone.facets.slave_surface, zone.points()
-    slave, gap = points["slave"], zone.gap_without_offset(points)
-    N, _ = shape_functions(surface.shape, surface.displacement_degree, points["xi"])
-    near = np.flatnonzero((points["status"] > 0) & (np.abs(gap) <= within))
-    change = np.zeros((len(surface.facet_dofs), N.shape[1]))
-    # Points come in the order of their slave facets
-    facets, first = np.unique(slave[near], return_index=True)
-    for facet, at in zip(facets, np.split(near, first[1:])):
-        # Fit the deviation from the mean: where points do not determine all nodes, the
-        # others get the mean
-        mean = -gap[at].mean()
-        fit, *_ = np.linalg.lstsq(N[at], -gap[at] - mean, rcond=1e-8)
-        above = float(np.max(-gap[at] - N[at] @ (mean + fit)))
-        change[facet] = mean + fit + max(0.0, above)
-    return change
 
 
 # Corrections after a solve

@@ -1,4 +1,4 @@
-"""Statuses and tractions at points, their places, and averages of them at nodes."""
+"""Statuses and pressures at points, and averages of values there at nodes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,10 @@ from typing import Any
 
 import numpy as np
 from dolfinx.fem import Function
-from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices
-from ..discretization.facets import (
-    facet_nodes,
-    interpolate,
-    reference_corners,
-    shape_functions,
-)
+from ..discretization.facets import facet_nodes, interpolate, shape_functions
 from ..discretization.ranks import sums_at
 from ..discretization.surfaces import Surface
 from .zone_data import ZoneData
@@ -46,24 +40,9 @@ OfPoints = Callable[[dict[str, Array]], Any]
 OPEN, CLOSED = int(Status.OPEN), int(Status.STICK)
 
 
-def along_normal(points: dict[str, Array], vectors: Array) -> Array:
-    """Project vectors (n, d) at the points on the normals of the law's frame."""
-    n = points["contact_normal"]
-    return np.einsum("qi,qi->q", vectors, n)[:, None] * n
-
-
 def pressures(points: dict[str, Array]) -> Array:
     """Find the normal tractions at the points, positive in compression, (n,)."""
     return -np.einsum("qi,qi->q", points["traction"], points["contact_normal"])
-
-
-def traction_part(points: dict[str, Array], part: str) -> Array:
-    """Take the total, normal or tangential tractions at the points, (n, d)."""
-    traction = points["traction"]
-    if part == "total":
-        return traction
-    normal = along_normal(points, traction)
-    return normal if part == "normal" else traction - normal
 
 
 # From nodes of a slave surface to its points, and back
@@ -83,21 +62,6 @@ def accumulated_slip(zone: ZoneData, facet: Any, xi: Array) -> Array:
     # Polynomials of degree 2 may fall below zero between their nodes
     shape = zone.facets.slave_surface.shape
     return np.maximum(interpolate(shape, degree, nodal, xi), 0.0)
-
-
-def places(zone: ZoneData, points: dict[str, Array], mesh: Mesh) -> dict[str, Array]:
-    """Name the facet, the cell and the places of points, as `Contact.points`."""
-    facet, xi, facets = points["slave"], points["xi"], zone.facets.slave
-    surface, corners = zone.facets.slave_surface, reference_corners(mesh, facets)
-    found = {
-        "X": undeformed(surface, facet, xi),
-        "facet": facets.facets[facet],
-        "cell": facets.cells[facet],
-        "reference": interpolate(surface.shape, 1, corners[facet], xi),
-    }
-    if zone.slip is not None:
-        found["accumulated_slip"] = accumulated_slip(zone, facet, xi)
-    return found
 
 
 def nodal_average(
@@ -142,26 +106,6 @@ def nodes(zone: ZoneData) -> dict[str, Any]:
     facet, number = one_of_each(zone)
     places = facet_nodes(zone.facets.slave_surface.shape, zone.multiplier_degree)
     return found | {"slave": facet, "xi": places[number]}
-
-
-def tractions(zone: ZoneData, multiplier: Function) -> dict[str, Any]:
-    """Add each node's traction and the normal of its law's frame, (nodes, d), to `nodes`."""
-    found = nodes(zone)
-    normal, components = found["normal"], multiplier.function_space.dofmap.index_map_bs
-    lam = multiplier.x.array.reshape(-1, components)[zone.multiplier_nodes]
-    traction = lam if components > 1 else lam * normal
-    return found | {"traction": traction, "contact_normal": normal}
-
-
-def largest_pressure(zone: ZoneData, points: dict[str, Array], of: Any) -> float:
-    """Find the largest pressure at some points, of dual multipliers at the nodes of their
-    facets."""
-    values = points["pressure"][of]
-    if zone.dual_multiplier is not None:
-        around = np.unique(zone.multiplier_table[points["slave"][of]])
-        at_nodes = pressures(tractions(zone, zone.dual_multiplier))
-        values = at_nodes[np.searchsorted(zone.multiplier_nodes, around)]
-    return float(values.max(initial=0.0))
 
 
 def set_at_nodes(

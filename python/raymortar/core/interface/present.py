@@ -4,32 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Protocol
+from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..discretization.checks import off_axis_fault
 from ..errors import (
     ContactError,
-    SetUpError,
     positive,
     raise_everywhere,
     require_agreement,
     together,
 )
 from ..hooks import hooks
-from ..options.friction import Friction
 from ..options.methods import ContactOptions, Penalty
 from ..state import Owner, Quantity, common, of_array, of_function
 from ..target import Target, require_same_loads
 from .contact_surfaces import ContactSurfaces
-from .friction_at_points import PointFriction
 from .offsets import Augmentation, Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
-from .slave_nodes import Cover, require_masters, warn_of_corners
+from .slave_nodes import Cover
 from .unfelt import UnfeltParts
 from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
@@ -56,8 +52,9 @@ class PresentState:
     ----------
     u_old
         Displacement of the accepted step, of this rank's dofs.
-    has_friction, unfelt
-        Whether the contact has friction, and parts of the multiplier that nothing feels.
+    has_friction, unfelt, cover
+        Whether the contact has friction, parts of the multiplier that nothing feels, and
+        the nodes of a multiplier that masters cover.
     updates, updates_for_room
         Calls of `update` so far, and those that a new matrix has needed.
     revision
@@ -70,19 +67,17 @@ class PresentState:
         self._zones, self._unknowns = surfaces.zones, surfaces.unknowns
         self._u, self._multiplier = surfaces.u, surfaces.multiplier
         self._comm = surfaces.comm
-        self._cover: Cover | None = None
+        self.cover: Cover | None = None
         if self._multiplier is not None and not self._has_law_at_nodes:
-            self._cover = Cover(self._zones, self._multiplier.function_space)
+            self.cover = Cover(self._zones, self._multiplier.function_space)
         self.has_friction = options.friction is not None
         # Length of the slip of all accepted steps
         self._slip = Function(surfaces.scalar) if self.has_friction else None
         for zone in self._zones:
             zone.slip = self._slip
-        self._point_friction: PointFriction | None = None
-        if isinstance(options.friction, Friction):
-            self._point_friction = PointFriction(
-                options.friction, self._zones, self._comm
-            )
+        law = options.friction
+        at_points = None if law is None else law.at_points(self._zones, self._comm)
+        self._friction_at_points: Any = at_points
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
         self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
@@ -165,7 +160,8 @@ class PresentState:
         for zone in self._zones:
             bodies = zone.facets.bodies
             if self._surfaces.axisymmetric and bodies:
-                raise_everywhere(self._comm, off_axis_fault(bodies), SetUpError)
+                for check in hooks.on_revolved_tools:
+                    check(bodies, self._comm)
             require_same_loads(bodies, self._comm)
             if self.has_friction:
                 raise_everywhere(self._comm, zone.motions.turned_too_far())
@@ -196,26 +192,15 @@ class PresentState:
         ranks is that of the accepted step. Collective."""
         if self._surfaces.tied is not None:
             return
-        if self._point_friction is not None:
-            self._point_friction.send(self._dt)
-        if not (self._cover is None or self._cover.alone or self._has_law_at_nodes):
-            self._cover.share()
+        if self._friction_at_points is not None:
+            self._friction_at_points.send(self._dt)
+        if not (self.cover is None or self.cover.alone or self._has_law_at_nodes):
+            self.cover.share()
         if is_accepted:
             self._note_opposite()
             if self.updates == 1:
                 for look in hooks.on_first_pairs:
                     look(self._surfaces)
-
-    def pair_tie(self, partial: bool) -> None:
-        """Pair the undeformed surfaces of a tie, whose slave nodes may have no master if
-        `partial`."""
-        for zone in self._zones:
-            with together(self._comm):
-                zone.cpp.pair()
-        require_masters(self._surfaces, partial)
-        if self._cover is not None:
-            self._cover.share()
-            warn_of_corners(self._surfaces)
 
     # Steps
 

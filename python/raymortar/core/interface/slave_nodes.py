@@ -9,27 +9,20 @@ from mpi4py import MPI
 
 import numpy as np
 import numpy.typing as npt
-from dolfinx.fem import Function, FunctionSpace
+from dolfinx.fem import FunctionSpace
 
 from .. import compat
 from ..compat import Mask
-from ..discretization.facets import N_CORNERS, middle_normals, units
 from ..discretization.ranks import marked_everywhere, sums_at
 from ..discretization.surfaces import Surface, vector_areas
-from ..errors import SetUpError, format_point, raise_everywhere, warn
+from ..errors import SetUpError, format_point, raise_everywhere
 from .contact_surfaces import ContactSurfaces
-from .point_results import CLOSED, OPEN, nodal_average
+from .point_results import CLOSED
 from .zone_data import ZoneData
 
 # A node is a corner if the mean of the unit normals around it is shorter. The mean of
 # two normals is, if they are more than 60 degrees apart
 STRAIGHT = np.cos(np.pi / 6.0)
-# Cosine of the angle between facets of a flat surface
-FLAT = np.cos(np.deg2rad(1.0))
-# Share of the area of a tie's node that masters must cover
-ENOUGH = 0.5
-# Largest number of nodes that a message names
-NAMED = 10
 
 
 class Cover:
@@ -81,73 +74,6 @@ def corners_between(zones: Sequence[ZoneData], W: FunctionSpace) -> Mask:
     return total < STRAIGHT * np.any(directions, axis=2).sum(axis=0)
 
 
-# Flat surroundings
-
-
-def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
-    """Mark slave facets from which the undeformed surface goes on flat, to all sides.
-    Collective.
-
-    The angles of the facets around a node add up to two right ones twice, and so do
-    the facets' normals by these angles. At an edge, or at the rim of the tag, they fall
-    short.
-    """
-    if zone.inside_flats is None:
-        zone.inside_flats = _find_flats(zone, V)
-    return zone.inside_flats
-
-
-def _find_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
-    """Find these facets. Collective."""
-    surface = zone.facets.slave_surface
-    corners = N_CORNERS[surface.shape]
-    cycle = [0, 1, 3, 2] if corners == 4 else list(range(corners))
-    table = zone.result_table[:, cycle]
-    n = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
-    angles = np.full(table.shape, np.pi)  # in 2D of each end
-    if corners > 2:
-        x = surface.nodes[:, cycle]
-        ahead = units(np.roll(x, -1, axis=1) - x)
-        behind = np.roll(ahead, 1, axis=1)
-        angles = np.pi - np.arccos(np.clip(np.sum(ahead * behind, axis=-1), -1.0, 1.0))
-    shares = angles[..., None] * n[:, None]
-    sums = sums_at(V.dofmap.index_map, surface.gdim, (table, shares))[table]
-    return np.einsum("fai,fi->fa", sums, n).min(axis=1) > 2.0 * np.pi * FLAT
-
-
-# Ties
-
-
-def require_masters(tie: ContactSurfaces, partial: bool) -> None:
-    """Raise for slave nodes of a paired tie without a master. Collective.
-
-    If it is partial, one at least must have a master.
-    """
-    comm, V, covered = tie.comm, tie.scalar, Function(tie.scalar)
-    nodal_average(tie.zones, lambda p: p["status"] >= OPEN, covered, hits_only=False)
-    n, dim = V.dofmap.index_map.size_local, V.mesh.geometry.dim
-    on = np.flatnonzero(np.isfinite(covered.x.array[:n]))
-    share = covered.x.array[on]
-    if partial and comm.allreduce(int((share > 0.0).any())):
-        return
-    x = V.tabulate_dof_coordinates()[on, :dim]
-    bad = [(s, tuple(at)) for s, at in zip(share, x) if s < ENOUGH]
-    # The least covered first
-    found = sorted(sum(comm.allgather(bad), []))
-    total = comm.allreduce(len(share))
-    if not found:
-        return
-    places = [at for _, at in found]
-    named = ", ".join(f"{format_point(at, places)}: {s:.2g}" for s, at in found[:NAMED])
-    more = ", ..." if len(found) > NAMED else ""
-    raise_everywhere(
-        comm,
-        f"{len(found)} of {total} slave nodes of {tie.tags} have no master for most of "
-        f"what they stand for (node: covered share): {named}{more}. Move or enlarge a "
-        "master, take a larger Search(reach=), or leave them free with partial=True",
-    )
-
-
 def crossing(
     tie: ContactSurfaces, contacts: Sequence[ContactSurfaces]
 ) -> list[npt.NDArray[np.int8]]:
@@ -165,31 +91,6 @@ def crossing(
     shared = marked_everywhere(tie.u.function_space, np.concatenate(dofs))
     slaves = (zone.facets.slave_surface for zone in tie.zones)
     return [shared[slave.dofs].astype(np.int8) for slave in slaves]
-
-
-def warn_of_corners(tie: ContactSurfaces) -> None:
-    """Warn of corners of a slave surface: one multiplier cannot be the traction on two
-    faces. Collective."""
-    assert tie.multiplier is not None
-    W, shares = tie.multiplier.function_space, []
-    dim, n = W.mesh.geometry.dim, W.dofmap.index_map.size_local
-    for zone in tie.zones:
-        side = zone.facets.slave_surface
-        normals = units(middle_normals(side.shape, side.node_degree, side.nodes))
-        # The last column counts facets
-        rows = np.pad(normals, ((0, 0), (0, 1)), constant_values=1.0)
-        shares.append((zone.multiplier_table, rows[:, None]))
-    owned = sums_at(W.dofmap.index_map, dim + 1, *shares)[:n]
-    length = np.linalg.norm(owned[:, :dim], axis=1)
-    sharp = np.flatnonzero(length < STRAIGHT * owned[:, dim])
-    found = W.tabulate_dof_coordinates()[sharp, :dim]
-    places = [x for part in tie.comm.allgather(found) for x in part]
-    if places:
-        warn(
-            f"the slave of {tie.tags} turns by more than 60 degrees at "
-            f"{len(places)} node(s), as at {format_point(places[0], places)}. Give each "
-            "face its own tag and Tie",
-        )
 
 
 # Prescribed displacements

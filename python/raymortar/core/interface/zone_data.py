@@ -13,14 +13,7 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.facets import (
-    Global,
-    dot,
-    interpolate,
-    normals,
-    shape_functions,
-    units,
-)
+from ..discretization.facets import Global, interpolate, normals, shape_functions, units
 from ..discretization.ranks import index_among, of_all
 from ..discretization.surfaces import Surface, surface_sizes
 from ..discretization.tagged import ZoneFacets
@@ -151,7 +144,7 @@ class ZoneData:
     met: set[int] = field(default_factory=set)
     # Whether the undeformed surface goes on flat around each slave facet; None: not asked
     inside_flats: Mask | None = None
-    # Points of a state that several look at, see `looking.at`; None: each finds them
+    # Points of a state that several look at, see `results.looking`; None: each finds them
     kept_points: dict[str, Array] | None = None
 
     @property
@@ -204,37 +197,6 @@ class ZoneData:
         """Arrays over the nodes at which the law holds."""
         return _pressed(self.cpp.nodes())
 
-    def seen_points(self) -> dict[str, Array]:
-        """Return `points` with tractions to show, whose integrals are the same.
-
-        Dual functions jump and change sign. The nodal values times the test functions do
-        not [theory (4.35)]. ``dual`` has the tractions by dual functions, which do work.
-        """
-        points = self.points()
-        if self.dual_multiplier is None:
-            return points
-        hit = points["status"] > 0  # of `Status`: its ray meets a master
-        values = self.dual_multiplier.x.array.reshape(
-            -1, self.facets.slave_surface.gdim
-        )
-        t = self.between_nodes(values[self.multiplier_nodes], points, hit)
-        points["dual"] = points["traction"].copy()
-        points["traction"][hit] = t
-        points["pressure"][hit] = -dot(t, points["contact_normal"][hit])
-        return points
-
-    def between_nodes(self, values: Array, points: dict[str, Array], of: Mask) -> Array:
-        """Values at some points of those of a law's nodes, (nodes, n), by the test
-        functions of gaps at nodes [theory (4.35)]."""
-        places = np.searchsorted(self.multiplier_nodes, self.multiplier_table)
-        nodal = values[places[points["slave"][of]]]
-        shape, degree = self.facets.slave_surface.shape, self.multiplier_degree
-        if (
-            shape == "interval" and degree == 2
-        ):  # Bernstein polynomials, by their values
-            nodal[:, 2] = 0.25 * (nodal[:, 0] + nodal[:, 1]) + 0.5 * nodal[:, 2]
-        return np.asarray(interpolate(shape, degree, nodal, points["xi"][of]))
-
     def at_points(self, nodal: Array | None, points: dict[str, Array]) -> Array:
         """Values at points of nodal values on the slave facets; 0 for None."""
         if nodal is None:
@@ -251,46 +213,6 @@ class ZoneData:
         """Hand all that is added to gaps to C++."""
         if self.whole_offset is not None:
             self.cpp.set_offset(self.whole_offset)
-
-    def arms(self, points: dict[str, Array]) -> Array:
-        """Distances over which friction makes a couple, theory (3), (points, d)."""
-        arm = points["distance"][:, None] * points["normal"]
-        arm[~self._have_arms(points)] = 0.0
-        return arm if self.frictional and not self.tied else np.zeros_like(arm)
-
-    def have_feet(self, points: dict[str, Array]) -> Mask:
-        """Tell at which points the pressure acts at the foot, theory (4.22)."""
-        of_master = points["contact_normal"] == -points["master_normal"]
-        return np.asarray(of_master.all(axis=1) & self._have_arms(points))
-
-    def _have_arms(self, points: dict[str, Array]) -> Mask:
-        """Tell where open gaps count: multipliers close them in the mean."""
-        over_gaps = self.couples_over_gaps and self.dual_multiplier is None
-        if over_gaps or not len(self.multiplier_nodes):
-            return np.full(len(points["slave"]), True)
-        return np.asarray(self.at_points(self.whole_offset, points) != 0.0)
-
-    def levers(self, points: dict[str, Array]) -> tuple[Array, Array]:
-        """Find where forces at the points act on the slave's body, and how its nodes take
-        tractions that turn its normals [theory (2.18)], (points, d) and (points, d, d).
-
-        Equations are about nodes: a facet of a higher degree than the displacement, or an
-        arc in place of a straight one, does not have its points there.
-        """
-        surface, slave, xi = self.facets.slave_surface, points["slave"], points["xi"]
-        n = points["normal"]
-        if surface.arcs is None and surface.node_degree == surface.displacement_degree:
-            return points["x"], np.eye(surface.gdim) - n[:, :, None] * n[:, None]
-        nodes = self.cpp.slave_positions()[surface.facet_nodes[slave]]
-        _, dN = shape_functions(surface.shape, surface.node_degree, xi)
-        M, dM = shape_functions(surface.shape, surface.displacement_degree, xi)
-        count = M.shape[1]
-        off = (surface.nodes[:, :count] - surface.body_nodes)[slave]
-        own = nodes[:, :count] - off
-        tangents = np.einsum("ina,nad->ndi", dN, nodes)
-        of_body = np.einsum("ina,nad->ndi", dM, own)
-        turned = of_body @ np.linalg.pinv(tangents)
-        return np.einsum("na,nad->nd", M, own), turned
 
     def masters_of(self, points: dict[str, Array]) -> Indices:
         """Index among the masters of the one that each point hits; -1 for none."""
@@ -319,19 +241,6 @@ def on_sides(zone: ZoneData, array: Array) -> tuple[Array, Array]:
     return slave, master
 
 
-# Ways of slave facets from the points opposite to them at the accepted step
-
-
-@dataclass(frozen=True)
-class Path:
-    """Places of the slave points relative to those opposite to them. Lengths."""
-
-    x: Array  # present positions of the slave points, (n, d)
-    gap: Array  # of the master's point along the slave's normal, (n,)
-    slide: Array  # across the normal, (n,)
-    thickness: Array  # of the master behind its facet, (n,)
-
-
 def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
     """Deformed position of a point of each facet, (n, d). Length.
 
@@ -352,30 +261,6 @@ def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Arra
     U = u[surface.dofs[surface.facet_dofs[facets]]]
     tangents = np.einsum("ina,nad->ind", dN, X) + np.einsum("ina,nad->ind", dM, U)
     return units(normals(tangents))
-
-
-def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
-    """Present positions of slave points and of those opposite to them. Collective.
-
-    The ranks that own the masters' facets give where their points are, and the
-    thickness behind them.
-    """
-    comm, (surface, master) = zone.comm, zone.sides
-    x = positions(surface, opposite.facet, opposite.xi, u)
-    n = unit_normals(surface, opposite.facet, opposite.xi, u)
-    ids, eta = of_all(comm, opposite.master, opposite.eta)
-    answers = np.zeros((len(ids), master.gdim + 1))
-    local = index_among(master.facet_ids, ids)
-    here = local >= 0
-    answers[here, :-1] = positions(master, local[here], eta[here], u)
-    thickness = np.minimum(zone.thickness[1][local[here]], np.finfo(float).max)
-    answers[here, -1] = thickness
-    comm.Allreduce(MPI.IN_PLACE, answers)
-    start = sum(comm.allgather(len(x))[: comm.rank])
-    mine = answers[start : start + len(x)]
-    way = mine[:, :-1] - x
-    gap = np.einsum("nd,nd->n", way, n)
-    return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
 
 
 def _pressed(found: dict[str, Any]) -> dict[str, Any]:

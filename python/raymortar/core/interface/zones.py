@@ -16,8 +16,9 @@ from ..discretization.facets import facet_dof_table
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
 from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
-from ..discretization.tagged import ZoneFacets, facets_that_never_meet
+from ..discretization.tagged import ZoneFacets
 from ..discretization.thickness import Cells, thickness_behind
+from ..hooks import hooks
 from ..options.methods import ContactOptions, Search
 from ..target import Motions
 from .zone_data import MasterTags, ZoneData, nothing
@@ -109,7 +110,8 @@ def create_zone(
         degree = default_degree(sides, q, surface.axisymmetric)
     pair_filter = None
     if zone.share_vertices:
-        offsets, neighbours = facets_that_never_meet(*zone.sides, comm)
+        assert hooks.never_meet is not None, "sides are apart in the core alone"
+        offsets, neighbours = hooks.never_meet(*zone.sides, comm)
         pair_filter = _cpp.PairFilter(offsets=offsets, neighbours=neighbours)
     # Each place of a surface that meets itself is integrated from both sides
     share = 0.5 if zone.meets_itself else 1.0

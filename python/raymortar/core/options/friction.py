@@ -1,28 +1,31 @@
 """Friction laws. A new one is a class here and one in cpp/raymortar/law/friction.h: see
-docs/extending.md."""
+docs/extending.md.
+
+Laws that users write themselves are in `user_laws`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from mpi4py import MPI
+
 import numpy as np
-from dolfinx.fem import Function
 
 from ... import _cpp
-from ..compat import Array
 from ..discretization.slave_fields import (
     FRICTION_BOUND,
     FRICTION_COEFFICIENT,
-    FRICTION_FIELD,
     FieldValue,
     Quantity,
+    check_field,
     check_number,
     is_field,
+    on_facets,
 )
-from ..errors import ContactError, Options, is_real_number
-from .user_laws import UserLaw
+from ..errors import ContactError, Options, is_real_number, together
 
 
 class Law(Options):
@@ -48,6 +51,21 @@ class Law(Options):
             return type(self)._make()
         number = 0.0 if self.field is not None else float(self.coefficient)
         return type(self)._make(number)
+
+    def spread(self, zones: Sequence[Any], mesh: Any) -> None:
+        """Send a coefficient that is a field to zones. Collective."""
+        if self.quantity is None or self.field is None:
+            return
+        with together(mesh.comm):
+            check_field(self.quantity, self.field, mesh)
+        for zone in zones:
+            values = on_facets(self.quantity, self.field, zone.facets, mesh.comm)
+            zone.cpp.set_field("friction_coefficient", values)
+
+    def at_points(self, zones: Sequence[Any], comm: MPI.Comm) -> Any:
+        """What sends the law's bounds to zones, by ``send(dt)``, after each pairing;
+        None: the C++ library evaluates the law."""
+        return None
 
     def check(self) -> None:
         if self.quantity is not None and self.field is None:
@@ -111,71 +129,3 @@ class Stick(Law):
     """No slip while the contact is closed."""
 
     _make = _cpp.Stick
-
-
-@dataclass(frozen=True)
-class Friction(UserLaw, Law):
-    """A law of the user's: slip where the tangential traction reaches s(p, v).
-
-    Attributes
-    ----------
-    bound
-        s(p, v), from pressures p >= 0 and slip rates v >= 0 of the closed points, (n,)
-        each, to tractions >= 0, (n,). The rate is the length of the slip increment over
-        ``Contact.dt``. Further arguments are given by their names: ``x``, undeformed
-        positions (3, n); ``slip``, the length of the slip of all accepted steps, (n,);
-        ``dt``, the time of the step; ``fields``, a list of the values of `fields`, (n,)
-        each.
-    derivatives
-        From the same to (ds/dp, ds/dv), (n,) each. None: by central differences.
-    fields
-        Scalar Functions on the slave's mesh. Each `Contact.update` evaluates them at
-        the nodes of the slave facets.
-
-    Notes
-    -----
-    Derivatives that are given are compared with differences once, where points are
-    closed for the first time; a `ContactWarning` names the one that is wrong.
-
-    Examples
-    --------
-    Friction that falls from a static to a kinetic coefficient (Stribeck), and that
-    grows where the surfaces have rubbed:
-
-    >>> def bound(p, v, slip):
-    ...     return (0.2 + 0.1 * np.exp(-v) + 0.05 * np.tanh(slip)) * p
-    >>> law = Friction(bound)
-    """
-
-    owner, function, first, kind = "Friction", "bound", ("p", "v"), "callable"
-    of_fields, _make = FRICTION_FIELD, _cpp.PointBound
-    bound: Callable[..., Array]
-    derivatives: Callable[..., tuple[Array, Array]] | None = None
-    fields: Sequence[Function] = ()
-
-    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
-        """Call ``bound`` or ``derivatives`` with the arguments that it has.
-
-        They are copies, which it may write to.
-        """
-        return self._evaluate(name, (p, v), given)
-
-    def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
-        """Evaluate and check the bound, (n,)."""
-        found = self._values((p, v), given)
-        if found.min(initial=0.0) < 0.0:
-            raise ContactError(
-                "Friction.bound returns a bound that is negative, at "
-                f"{self._place((p, v), int(np.argmin(found)))}"
-            )
-        return found
-
-    def given_slopes(
-        self, p: Array, v: Array, given: Mapping[str, Any]
-    ) -> tuple[Array, Array]:
-        """Evaluate and check the derivatives by p and v, (n,) each."""
-        by_p, by_v = self._given_slopes((p, v), given).T
-        return by_p, by_v
-
-
-LAWS = (Coulomb, Tresca, Stick, Friction)

@@ -21,7 +21,7 @@ from ..errors import (
     is_whole_number,
     truth,
 )
-from .friction import LAWS, Law
+from .friction import Law
 
 STRATEGIES = ("bvh", "pang", "brute-force")
 FRAMES = ("automatic", "slave", "master")
@@ -230,9 +230,10 @@ class ContactOptions:
             raise ContactError(
                 f"method must be AugmentedLagrangian or Penalty, not {self.method!r}"
             )
-        if not (friction is None or isinstance(friction, LAWS)):
-            names = ", ".join(law.__name__ for law in LAWS)
-            raise ContactError(f"friction must be {names} or None, not {friction!r}")
+        if not (friction is None or isinstance(friction, Law)):
+            raise ContactError(
+                f"friction must be Coulomb, Tresca, Stick, Friction or None, not {friction!r}"
+            )
         if friction and getattr(self.method, "multiplier", None) == "normal":
             raise ContactError("friction needs multiplier='vector', not 'normal'")
         choice("measure", self.measure, MEASURES)

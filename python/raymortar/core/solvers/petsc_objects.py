@@ -5,14 +5,11 @@ from __future__ import annotations
 import itertools
 import re
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import wraps
 from typing import Any
 
 from petsc4py import PETSc
-
-import numpy as np
 
 from .. import compat
 from ..discretization.ranks import destroy
@@ -109,30 +106,6 @@ class PetscOptions:
             raise ContactError(message) from None
 
 
-def kept_inside(method: Callable[..., None]) -> Callable[..., None]:
-    """Let no error of a method that PETSc calls leave through PETSc where a solver raises
-    it afterwards: that would keep vectors locked, and petsc4py and DOLFINx put errors of
-    their own in its place. A solve ends with values that are no numbers instead."""
-
-    @wraps(method)
-    def inside(self: Any, thing: Any, *vectors: PETSc.Vec) -> None:
-        if self.raised is None:
-            method(self, thing, *vectors)
-            return
-        try:
-            if not self.raised:
-                method(self, thing, *vectors)
-        except Exception as error:
-            self.raised.append(error)
-        if self.raised:
-            for x in vectors[1:]:
-                x.set(np.nan)
-            if isinstance(thing, PETSc.KSP):
-                thing.setConvergedReason(PETSc.KSP.ConvergedReason.DIVERGED_NANORINF)
-
-    return inside
-
-
 def make_regular(A: PETSc.Mat) -> None:
     """Make any regular matrix of one that could not be assembled: the residual that
     follows ends the solve. Collective."""
@@ -163,7 +136,8 @@ class KnowsProblem:
     contact, row_scale
         The problem's contact, and the factors of the rows of its matrices.
     raised
-        Errors that the solver raises after a solve, see `kept_inside`; None: nobody does.
+        Errors that the solver raises after a solve, see `solvers.inner.kept_inside`; None:
+        nobody does.
     """
 
     def __init__(self) -> None:

@@ -15,16 +15,9 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Mask
-from ..errors import ContactError, is_real_number, together, warn
+from ..errors import ContactError, together
 from ..gamma.probing import VolumePattern
-from ..gamma.stiffness import (
-    BENDS,
-    automatic_coefficients,
-    contact_stiffness,
-    shear_moduli,
-    soft_coefficients,
-)
-from ..gamma.surface_compliance import SurfaceCompliance
+from ..gamma.stiffness import contact_stiffness, shear_moduli
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
@@ -41,16 +34,6 @@ from ..options.methods import AugmentedLagrangian, Penalty
 _numbers = itertools.count()
 
 log = logging.getLogger("raymortar")
-
-# Largest ratio of gamma to the stiffness, and of a penalty the inverse of the least:
-# beyond, one of the two is lost in the rounding errors of the other
-FROM_STIFFNESS = 1e10
-# Least ratio with a multiplier. Without friction 1e-100 solves as 1 does, and 1e-200 has
-# errors of 1e-11, as squares of the unknowns overflow
-LEAST_AUGMENTATION = 1e-100
-# Ratios with a multiplier from which on Newton's method may fail: with friction it does
-# at 1e-6 and 1e3, without at 1e4 to 1e8
-DOUBTFUL = 1e-5, 1e3
 
 # Sets of conditions of which a contact remembers what they prescribe
 MOST_KNOWN = 2
@@ -247,71 +230,33 @@ class ContactAssembly:
         """Whether a law at points has the coefficient of what its surfaces yield."""
         return self.soft_gamma is not None and self.gamma is self.soft_gamma
 
+    @property
+    def may_bend(self) -> bool:
+        """Whether it matters that bodies bend: for a law that is open, or at nodes."""
+        return self.why is not None or self.method.condition == "nodes"
+
     def set_volume(
-        self,
-        volume: VolumePattern,
-        bcs: Sequence[Any],
-        compliance: SurfaceCompliance,
+        self, volume: VolumePattern, bcs: Sequence[Any], bending: Any = None
     ) -> None:
-        """Take a volume, and the automatic gamma from it if none is set. Collective."""
-        self.volume = volume
+        """Take a volume, and the automatic gamma from it if none is set. Collective.
+
+        The answer of a penalty, the scale of a tie and, with friction, a law at points
+        depend on it: it is the stiffness of (5.2) times a factor. A law at nodes has the
+        one that suits bodies which bend, if these are asked for; see `Hooks.bending`.
+        """
+        self.volume, surfaces = volume, self.surfaces
         self._forget_prescribed()  # held nodes need its stiffness
-        if self._bends(bcs, compliance):
+        if bending is not None and bending.bends(self):
             self.change_law("nodes", None, "bodies bend")
         if self.gamma is None:
-            tables = automatic_coefficients(
-                self.surfaces, volume, self.method, bcs, compliance
-            )
-            self.automatic_gamma = one_or_each(self.surfaces.interfaces, tables)
+            at_nodes = surfaces.tied is None and self.method.condition == "nodes"
+            if bending is not None and at_nodes:
+                tables = bending.coefficients(self)
+            else:
+                tables = contact_stiffness(volume, surfaces.interfaces, bcs)
+            tables = [self.method.automatic_factor * table for table in tables]
+            self.automatic_gamma = one_or_each(surfaces.interfaces, tables)
             self.set_gamma(self.automatic_gamma)
-        elif is_real_number(self.gamma):
-            self._check_size(bcs)
-
-    def _bends(self, bcs: Sequence[Any], compliance: SurfaceCompliance) -> bool:
-        """Whether a law at points was chosen for its degree, and surfaces yield far more
-        than single facets: the ratio of (5.16) to (5.2). Collective."""
-        degree = self.zones[0].facets.slave_surface.displacement_degree
-        chosen = self.why is not None and self.method.condition == "points"
-        if self.volume is None or not chosen or degree == 1:
-            return False
-        stiffness = self._stiffness(bcs)
-        if stiffness is None:
-            return False
-        soft = soft_coefficients(self.surfaces.interfaces, self.volume, bcs, compliance)
-        return all((a < BENDS * b).all() for a, b in zip(soft, stiffness))
-
-    def softer(
-        self, bcs: Sequence[Any], compliance: SurfaceCompliance
-    ) -> float | PairCoefficients | None:
-        """Coefficient of a law at nodes; None for one, ties, penalties and forms without
-        stiffness. Traction per length. Collective."""
-        surfaces, volume = self.surfaces, self.volume
-        at_points = getattr(self.method, "condition", "points") == "points"
-        led = surfaces.tied is None and surfaces.multiplier is not None
-        if volume is None or not (at_points and led) or self._stiffness(()) is None:
-            return None
-        of = surfaces.interfaces
-        return one_or_each(of, soft_coefficients(of, volume, bcs, compliance))
-
-    def _check_size(self, bcs: Sequence[Any]) -> None:
-        """Raise for a number gamma that no solve can do with, warn of one with which
-        Newton's method may fail. Collective."""
-        surfaces, tables = self.surfaces, self._stiffness(bcs)
-        if tables is None:
-            return
-        stiffness = min(float(table.min()) for table in tables)
-        ratio = self.gamma_scale / stiffness
-        has_multiplier = surfaces.multiplier is not None
-        least = LEAST_AUGMENTATION if has_multiplier else 1.0 / FROM_STIFFNESS
-        text = (
-            f"gamma = {self.gamma_scale:.3g} is {ratio:.1e} times the stiffness of the "
-            f"bodies over the area of their facets, {stiffness:.3g} here: leave gamma out"
-        )
-        if not least < ratio < FROM_STIFFNESS:
-            raise ContactError(text)
-        is_usual = DOUBTFUL[0] <= ratio <= DOUBTFUL[1]
-        if has_multiplier and not (surfaces.tied or is_usual):
-            warn(f"{text}, as Newton's method may fail with it", page="contact")
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Take the volume, from `prepare`, of another problem of this contact."""
@@ -367,7 +312,7 @@ class ContactAssembly:
     def moduli(self, bcs: Sequence[Any]) -> list[float]:
         """Modulus of the softest body of each zone. If the volume's form gives none,
         the coefficient times the size of facets. Stress. Collective."""
-        tables = self._stiffness(bcs, times_size=True)
+        tables = self.contact_stiffness(bcs, times_size=True)
         if tables is not None:
             return [float(table.min()) for table in tables]
         size = mean_facet_size(self.zones)
@@ -376,13 +321,13 @@ class ContactAssembly:
     def stiffness(self) -> float | None:
         """Largest stiffness over area of pairs of bodies [theory (5.2)]; None where the
         forms have none. Traction per length. Collective."""
-        tables = self._stiffness(())
+        tables = self.contact_stiffness(())
         return None if tables is None else max(float(table.max()) for table in tables)
 
-    def _stiffness(
+    def contact_stiffness(
         self, bcs: Sequence[Any], times_size: bool = False
     ) -> list[Array] | None:
-        """`contact_stiffness`; None where the forms have none. Collective."""
+        """`stiffness.contact_stiffness`; None where the forms have none. Collective."""
         if self.volume is None:
             return None
         try:

@@ -19,12 +19,9 @@ from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, raise_everywhere, require_agreement, together
 from ..gamma.probing import VolumePattern
-from ..gamma.surface_compliance import SurfaceCompliance
 from ..hooks import hooks
-from ..interface.coefficients import PairCoefficients
 from .assembly import ContactAssembly
 from .iterates import CoupledIterates
-from .memory import require_memory
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
@@ -78,32 +75,25 @@ class CoupledSystem(CoupledIterates):
             for part in self.parts
         )
         volume = VolumePattern(a, self.layout, self.axisymmetric, strains)
-        with self._compliance(volume, bcs) as compliance:
+        bending = None
+        if hooks.bending is not None and any(p.may_bend for p in self.parts):
+            bending = hooks.bending(self, volume, bcs)
+        try:
             for part in self.parts:
-                part.set_volume(volume, bcs, compliance)
+                part.set_volume(volume, bcs, bending)
+        finally:
+            if bending is not None:
+                bending.destroy()
+            volume.destroy()
+        for look in hooks.on_volume:
+            look(self, bcs)
         return volume
 
-    @contextmanager
-    def _compliance(
-        self, volume: VolumePattern, bcs: Sequence[Any]
-    ) -> Iterator[SurfaceCompliance]:
-        """Offer what the surfaces yield, as long as the volume has its matrices.
+    def volume_alone(self) -> VolumePattern:
+        """Read the volume's form again, without strains; `destroy` frees its matrices.
         Collective."""
-        of = self.unknowns, self.parts[0].surfaces.bodies, bcs, self.axisymmetric
-        compliance = SurfaceCompliance(volume, *of)
-        try:
-            yield compliance
-        finally:
-            compliance.destroy()
-            volume.destroy()
-
-    def softer(self, bcs: Sequence[Any]) -> list[float | PairCoefficients | None]:
-        """Find what the coefficient of a law at nodes would be, for each part whose law
-        at points has a multiplier; else None. Traction per length. Collective."""
         form = self._volume.form
-        volume = VolumePattern(form, self.layout, self.axisymmetric, strains=False)
-        with self._compliance(volume, bcs) as compliance:
-            return [part.softer(bcs, compliance) for part in self.parts]
+        return VolumePattern(form, self.layout, self.axisymmetric, strains=False)
 
     def use_volume(self, volume: VolumePattern) -> None:
         """Use the volume, from `prepare`, of another problem of these contacts."""
@@ -185,9 +175,8 @@ class CoupledSystem(CoupledIterates):
             zone.positions.forget()
         # A later matrix takes the memory of the last one
         if not self.preallocations:
-            parts = self.parts
-            zones = ((z, part.layout.components) for part in parts for z in part.zones)
-            require_memory(self.comm, self._volume, zones)
+            for look in hooks.on_matrix:
+                look(self)
         for part in self.parts:
             part.preallocations += 1
             part.extensions += extended

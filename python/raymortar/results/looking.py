@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from .zone_data import ZoneData
+from ..core.interface.zone_data import ZoneData
 
 
 @contextmanager

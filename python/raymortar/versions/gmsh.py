@@ -14,9 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx import cpp as _cpp
 
-from ..errors import ContactError, together
-from .generation import HAS_UFL_ELEMENTS, Array
-from .meshes import as_destinations, given_partition
+from ..core.compat import HAS_UFL_ELEMENTS, Array
+from ..core.errors import ContactError, together
+from .arrays import as_destinations, given_partition
 
 Partition = Callable[[Array, int], npt.ArrayLike]
 # Type of the coordinates, which 0.5 does not ask for

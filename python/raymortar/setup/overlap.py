@@ -20,8 +20,7 @@ from ..core.discretization.facets import (
 )
 from ..core.discretization.joined import NUMBERS_OF_PART, parts_of, places_of
 from ..core.discretization.ranks import index_among, largest, of_all
-from ..core.discretization.surfaces import bodies_of_facets, facet_lengths
-from ..core.discretization.tagged import corner_ids
+from ..core.discretization.surfaces import bodies_of_facets, corner_ids, facet_lengths
 from ..core.discretization.thickness import Cells
 from ..core.errors import format_point, warn
 from ..core.interface.contact_surfaces import ContactSurfaces

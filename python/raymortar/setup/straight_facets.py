@@ -1,20 +1,24 @@
-"""Straight facets on curved surfaces, and arcs that do not turn with their facets."""
+"""Straight facets on curved surfaces and inside flat ones, and arcs that do not turn with
+their facets."""
 
 from __future__ import annotations
 
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.fem import FunctionSpace
 
-from ..core.compat import Array, basix_element
+from ..core.compat import Array, Mask, basix_element
 from ..core.discretization.facets import N_CORNERS, middle_normals, units
-from ..core.discretization.ranks import largest, of_all
+from ..core.discretization.ranks import largest, of_all, sums_at
 from ..core.discretization.surfaces import Surface
 from ..core.errors import warn
 from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.point_results import OPEN
-from ..core.interface.zone_data import on_sides
+from ..core.interface.zone_data import ZoneData, on_sides
 
+# Cosine of the angle between facets of a flat surface
+FLAT = np.cos(np.deg2rad(1.0))
 # Angles between neighbouring facets of a surface that is meant to be smooth
 SMOOTH = np.deg2rad(0.5), np.deg2rad(40.0)
 # Largest error of straight facets, as a share of the overlap or clearance. It is about
@@ -126,3 +130,37 @@ def _turned(surface: Surface, u: Array) -> tuple[float, float]:
     bent = surface.arcs > 1e-9 * np.abs(before).max()
     off = 2.0 * np.sin(0.5 * angle) * surface.arcs
     return float(angle[bent].max(initial=0.0)), float(off.max())
+
+
+# Flat surroundings
+
+
+def are_inside_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
+    """Mark slave facets from which the undeformed surface goes on flat, to all sides.
+    Collective.
+
+    The angles of the facets around a node add up to two right ones twice, and so do
+    the facets' normals by these angles. At an edge, or at the rim of the tag, they fall
+    short.
+    """
+    if zone.inside_flats is None:
+        zone.inside_flats = _find_flats(zone, V)
+    return zone.inside_flats
+
+
+def _find_flats(zone: ZoneData, V: FunctionSpace) -> Mask:
+    """Find these facets. Collective."""
+    surface = zone.facets.slave_surface
+    corners = N_CORNERS[surface.shape]
+    cycle = [0, 1, 3, 2] if corners == 4 else list(range(corners))
+    table = zone.result_table[:, cycle]
+    n = units(middle_normals(surface.shape, surface.node_degree, surface.nodes))
+    angles = np.full(table.shape, np.pi)  # in 2D of each end
+    if corners > 2:
+        x = surface.nodes[:, cycle]
+        ahead = units(np.roll(x, -1, axis=1) - x)
+        behind = np.roll(ahead, 1, axis=1)
+        angles = np.pi - np.arccos(np.clip(np.sum(ahead * behind, axis=-1), -1.0, 1.0))
+    shares = angles[..., None] * n[:, None]
+    sums = sums_at(V.dofmap.index_map, surface.gdim, (table, shares))[table]
+    return np.einsum("fai,fi->fa", sums, n).min(axis=1) > 2.0 * np.pi * FLAT

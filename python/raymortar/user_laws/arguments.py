@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from copy import deepcopy
 from typing import Any, ClassVar
 
 import numpy as np
 from dolfinx.fem import Function
 
-from ..compat import Array
-from ..discretization.slave_fields import Quantity, check_function
-from ..errors import ContactError, described
+from ..core.compat import Array
+from ..core.discretization.facets import shape_functions
+from ..core.discretization.slave_fields import Quantity, check_function
+from ..core.errors import ContactError, described
+from ..core.interface.point_results import accumulated_slip, undeformed
+from ..core.interface.zone_data import ZoneData
 
 # Arguments that functions may have after the first ones, by name
 OFFERED = ("x", "slip", "dt", "fields")
+# Step of a difference along a facet, in its reference coordinates
+STEP = 1e-5
 # By which derivatives may differ from differences, relatively
 ALLOWED = 1e-3
 # Points at which derivatives are compared with differences
@@ -209,3 +214,37 @@ def chosen(given: Mapping[str, Any], some: Any) -> dict[str, Any]:
 def samples(count: int) -> Any:
     """Spread a few numbers over so many points."""
     return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
+
+
+def further(
+    zone: ZoneData,
+    facet: Any,
+    xi: Array,
+    dt: float,
+    nodal: Sequence[Array],
+    wanted: Container[str] = OFFERED,
+) -> dict[str, Any]:
+    """Collect further arguments of a law at places on slave facets, by name.
+
+    Fields are given by their values at the facets' nodes. What is not wanted is None.
+    """
+    surface = zone.facets.slave_surface
+    N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
+    found: dict[str, Any] = {"dt": dt, "x": None, "slip": None}
+    found["fields"] = [np.einsum("qa,qa->q", N, one[facet]) for one in nodal]
+    if "x" in wanted:
+        X = undeformed(surface, facet, xi)
+        found["x"] = np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T
+    if "slip" in wanted:
+        has_slip = zone.slip is not None
+        found["slip"] = (
+            accumulated_slip(zone, facet, xi) if has_slip else 0.0 * xi[:, 0]
+        )
+    return found
+
+
+def along_facets(values: Callable[[Array], Array], xi: Array) -> Array:
+    """Differentiate a function of places along facets, (n, d - 1)."""
+    steps = STEP * np.eye(xi.shape[1])
+    high, low = ([values(xi + way * h) for h in steps] for way in (1.0, -1.0))
+    return (np.array(high) - np.array(low)).T / (2.0 * STEP)

@@ -1,4 +1,4 @@
-"""Meshes out of arrays."""
+"""Meshes out of arrays, and where their cells go."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ import numpy.typing as npt
 import ufl
 from dolfinx import cpp as _cpp
 
-from ..errors import together
-from .generation import HAS_UFL_ELEMENTS
-from .meshes import as_destinations, given_partition
+from ..core.compat import HAS_UFL_ELEMENTS, Indices, basix_element
+from ..core.errors import ContactError, together
 
 
 def _mesh_domain(cell: str, degree: int, gdim: int) -> ufl.Mesh:
@@ -39,6 +38,56 @@ def _default_partitioner(ghosts: bool) -> Any:
         return dolfinx.mesh.create_cell_partitioner(mode)
     except TypeError:  # 0.11 also wants the most cells that meet in a facet
         return dolfinx.mesh.create_cell_partitioner(mode, 2)
+
+
+def _ranks_across_facets(
+    cells: npt.NDArray[np.int64], cell: str, ranks: Indices
+) -> list[set[int]]:
+    """Other ranks that have a cell across a facet, for each of the cells."""
+    columns = np.array(basix_element(cell, 1).facet_vertices)
+    facets = np.sort(cells[:, columns], axis=2).reshape(-1, columns.shape[1])
+    of_cell = np.repeat(np.arange(len(cells)), len(columns))
+    order = np.lexsort(facets.T)
+    same = np.all(facets[order][1:] == facets[order][:-1], axis=1)
+    pairs = np.column_stack([of_cell[order][:-1][same], of_cell[order][1:][same]])
+    others: list[set[int]] = [set() for _ in cells]
+    for a, b in pairs[ranks[pairs[:, 0]] != ranks[pairs[:, 1]]]:
+        others[a].add(int(ranks[b]))
+        others[b].add(int(ranks[a]))
+    return others
+
+
+def as_destinations(ranks: npt.ArrayLike, count: int, size: int) -> Indices:
+    """Check the ranks of so many cells: whole numbers from 0 to ``size - 1``."""
+    found = np.asarray(ranks)
+    if found.shape != (count,) or not np.issubdtype(found.dtype, np.integer):
+        raise ContactError(
+            f"partition must give the rank of each of the {count} cells, whole numbers "
+            f"of shape ({count},), not {found.dtype} of shape {found.shape}"
+        )
+    wrong = np.flatnonzero((found < 0) | (found >= size))
+    if len(wrong):
+        raise ContactError(
+            f"partition gives cell {wrong[0]} to rank {found[wrong[0]]}, of {size} ranks"
+        )
+    return found.astype(np.int32)
+
+
+def given_partition(cells: npt.NDArray[np.int64], cell: str, ranks: Indices) -> Any:
+    """Partitioner that sends each of this rank's cells to a given rank.
+
+    Cells have their nodes in Basix order, (n_cells, n). The name of the cell type may be
+    anything where there are no cells.
+    """
+    rows = [[rank] for rank in ranks.tolist()]
+    if HAS_UFL_ELEMENTS and rows:
+        # It knows the vertices that ranks share from ghosts alone, which it drops later
+        others = _ranks_across_facets(cells, cell, ranks)
+        rows = [row + sorted(more) for row, more in zip(rows, others)]
+    offsets = np.cumsum([0] + [len(row) for row in rows], dtype=np.int32)
+    data = np.array([rank for row in rows for rank in row], dtype=np.int32)
+    # Its arguments differ between versions, and none of them is needed
+    return lambda *_: _cpp.graph.AdjacencyList_int32(data, offsets)
 
 
 def create_mesh(

@@ -11,12 +11,12 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..compat import Array, Indices, Mask
-from ..discretization.ranks import destroy, of_all
-from ..discretization.surfaces import Bodies, Surface, vector_areas
-from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, raise_everywhere
-from .probing import VolumePattern, positions
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.ranks import destroy, of_all
+from ..core.discretization.surfaces import Bodies, Surface, vector_areas
+from ..core.discretization.unknowns import Unknowns
+from ..core.errors import ContactError, raise_everywhere
+from ..core.gamma.probing import VolumePattern, positions
 
 # Nodes of each side of a body whose compliance is found. Single ones differ by the place
 # of the supports, and a factor of 2 in the mean is one of 1.4 in gamma

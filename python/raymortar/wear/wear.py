@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 
 from mpi4py import MPI
@@ -23,7 +22,6 @@ from ..core.errors import (
     ConvergenceError,
     SetUpError,
     described,
-    is_real_number,
     of_type,
     positive,
     require_agreement,
@@ -33,9 +31,11 @@ from ..core.errors import (
 )
 from ..core.interface.present import Follower
 from ..core.interface.zone_data import ZoneData
-from ..core.options.user_laws import check_functions, real_values
 from ..core.state import Quantity, of_function
+from ..results.tractions import seen_points
+from ..user_laws.arguments import check_functions, real_values
 from .anderson import Anderson
+from .archard import Archard
 
 # Difference of depths that counts as none, over the deepest of the step
 AGREEMENT = 1e-6
@@ -49,27 +49,6 @@ BARELY = 1e-2
 NEARLY_OPEN = 1e-3
 # Depth over pressure times stiffness, of explicit steps [theory (7.9)]
 LIMIT = 1.0
-
-
-@dataclass(frozen=True)
-class Archard:
-    """Archard's law of wear: depth per slip is ``k`` times the pressure.
-
-    Attributes
-    ----------
-    k
-        Wear coefficient over hardness, >= 0. Area per force.
-    """
-
-    k: float
-
-    def __post_init__(self) -> None:
-        if not (is_real_number(self.k) and np.isfinite(self.k) and self.k >= 0.0):
-            raise ContactError(f"Archard.k = {self.k!r} must be a number, not negative")
-
-    def __call__(self, p: Array, v: Array) -> Array:
-        """Depth per time, (n,), of pressures and slip rates (n,)."""
-        return self.k * p * v
 
 
 class Wear(Follower):
@@ -366,7 +345,7 @@ class Wear(Follower):
     def _worn(self, zone: ZoneData) -> tuple[Array, Array, Array]:
         """Facets and places of the points that slip, and what the step wears there times
         area: depth, and depth over pressure, (n, 2)."""
-        points, dt = zone.seen_points(), self.contact.dt
+        points, dt = seen_points(zone), self.contact.dt
         slip = points["slip"] if zone.frictional else zone.cpp.slips_without_friction()
         nu = points["contact_normal"]
         p = -np.einsum("qi,qi->q", points["traction"], nu)

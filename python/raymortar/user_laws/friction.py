@@ -1,9 +1,9 @@
-"""Users' friction laws at the closed points of zones: bounds and their derivatives."""
+"""Users' friction laws: bounds at closed points, and their derivatives."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
@@ -11,29 +11,112 @@ from typing import Any
 from mpi4py import MPI
 
 import numpy as np
+from dolfinx.fem import Function
 
-from ..compat import Array
-from ..discretization.facets import shape_functions
-from ..discretization.slave_fields import (
-    FRICTION_FIELD,
-    check_field,
-    check_function,
-    on_facets,
+from .. import _cpp
+from ..core.compat import Array
+from ..core.discretization.slave_fields import Quantity, check_function, on_facets
+from ..core.errors import (
+    ContactError,
+    SetUpError,
+    format_point,
+    raise_everywhere,
+    together,
+    warn,
 )
-from ..errors import SetUpError, format_point, raise_everywhere, together, warn
-from ..options.friction import Friction, Law
-from ..options.user_laws import OFFERED, beyond_differences, chosen, samples
-from .point_results import CLOSED, accumulated_slip, nodes, undeformed
-from .zone_data import ZoneData
+from ..core.interface.point_results import CLOSED, nodes
+from ..core.interface.zone_data import ZoneData
+from ..core.options.friction import Law
+from .arguments import (
+    UserLaw,
+    along_facets,
+    beyond_differences,
+    chosen,
+    further,
+    samples,
+)
 
+FRICTION_FIELD = Quantity("a field of Friction", "must be finite", np.isfinite)
 # Pressures and slip rates at which laws of ranks are compared
 SIZES = 10.0 ** np.arange(-12.0, 15.0, 3.0)
-# Step of a difference along a facet, in its reference coordinates
-STEP = 1e-5
 # Step of a difference, as a share of the value and of its scale
 SHARE, FLOOR = 1e-6, 1e-10
 # Pressures and slip rates at which derivatives are checked, of their scales
 LADDER = 10.0 ** np.arange(-6.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Friction(UserLaw, Law):
+    """A law of the user's: slip where the tangential traction reaches s(p, v).
+
+    Attributes
+    ----------
+    bound
+        s(p, v), from pressures p >= 0 and slip rates v >= 0 of the closed points, (n,)
+        each, to tractions >= 0, (n,). The rate is the length of the slip increment over
+        ``Contact.dt``. Further arguments are given by their names: ``x``, undeformed
+        positions (3, n); ``slip``, the length of the slip of all accepted steps, (n,);
+        ``dt``, the time of the step; ``fields``, a list of the values of `fields`, (n,)
+        each.
+    derivatives
+        From the same to (ds/dp, ds/dv), (n,) each. None: by central differences.
+    fields
+        Scalar Functions on the slave's mesh. Each `Contact.update` evaluates them at
+        the nodes of the slave facets.
+
+    Notes
+    -----
+    Derivatives that are given are compared with differences once, where points are
+    closed for the first time; a `ContactWarning` names the one that is wrong.
+
+    Examples
+    --------
+    Friction that falls from a static to a kinetic coefficient (Stribeck), and that
+    grows where the surfaces have rubbed:
+
+    >>> def bound(p, v, slip):
+    ...     return (0.2 + 0.1 * np.exp(-v) + 0.05 * np.tanh(slip)) * p
+    >>> law = Friction(bound)
+    """
+
+    owner, function, first, kind = "Friction", "bound", ("p", "v"), "callable"
+    of_fields, _make = FRICTION_FIELD, _cpp.PointBound
+    bound: Callable[..., Array]
+    derivatives: Callable[..., tuple[Array, Array]] | None = None
+    fields: Sequence[Function] = ()
+
+    def call(self, name: str, p: Any, v: Any, given: Mapping[str, Any]) -> Any:
+        """Call ``bound`` or ``derivatives`` with the arguments that it has.
+
+        They are copies, which it may write to.
+        """
+        return self._evaluate(name, (p, v), given)
+
+    def bounds(self, p: Array, v: Array, given: Mapping[str, Any]) -> Array:
+        """Evaluate and check the bound, (n,)."""
+        found = self._values((p, v), given)
+        if found.min(initial=0.0) < 0.0:
+            raise ContactError(
+                "Friction.bound returns a bound that is negative, at "
+                f"{self._place((p, v), int(np.argmin(found)))}"
+            )
+        return found
+
+    def given_slopes(
+        self, p: Array, v: Array, given: Mapping[str, Any]
+    ) -> tuple[Array, Array]:
+        """Evaluate and check the derivatives by p and v, (n,) each."""
+        by_p, by_v = self._given_slopes((p, v), given).T
+        return by_p, by_v
+
+    def spread(self, zones: Sequence[ZoneData], mesh: Any) -> None:
+        with together(mesh.comm):
+            for one in self.fields:
+                check_function(FRICTION_FIELD, one, mesh)
+        _require_one_law(self, mesh.comm)
+
+    def at_points(self, zones: Sequence[ZoneData], comm: MPI.Comm) -> PointFriction:
+        return PointFriction(self, zones, comm)
 
 
 @dataclass
@@ -119,22 +202,6 @@ def _in_silence() -> Iterator[None]:
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-def spread_coefficient(law: Law | None, zones: Sequence[ZoneData], mesh: Any) -> None:
-    """Send a friction coefficient that is a field to the zones. Collective."""
-    if isinstance(law, Friction):
-        with together(mesh.comm):
-            for one in law.fields:
-                check_function(FRICTION_FIELD, one, mesh)
-        _require_one_law(law, mesh.comm)
-    if law is None or law.quantity is None or law.field is None:
-        return
-    with together(mesh.comm):
-        check_field(law.quantity, law.field, mesh)
-    for zone in zones:
-        values = on_facets(law.quantity, law.field, zone.facets, mesh.comm)
-        zone.cpp.set_field("friction_coefficient", values)
 
 
 def _require_one_law(law: Friction, comm: MPI.Comm) -> None:
@@ -229,40 +296,3 @@ class ClosedPoints:
     def _given(self, xi: Array) -> dict[str, Any]:
         """Further arguments of the law at places on the points' facets."""
         return further(self._zone, self._facet, xi, self._dt, self._nodal)
-
-
-# Of all users' laws
-
-
-def further(
-    zone: ZoneData,
-    facet: Any,
-    xi: Array,
-    dt: float,
-    nodal: Sequence[Array],
-    wanted: Container[str] = OFFERED,
-) -> dict[str, Any]:
-    """Collect further arguments of a law at places on slave facets, by name.
-
-    Fields are given by their values at the facets' nodes. What is not wanted is None.
-    """
-    surface = zone.facets.slave_surface
-    N, _ = shape_functions(surface.shape, surface.displacement_degree, xi)
-    found: dict[str, Any] = {"dt": dt, "x": None, "slip": None}
-    found["fields"] = [np.einsum("qa,qa->q", N, one[facet]) for one in nodal]
-    if "x" in wanted:
-        X = undeformed(surface, facet, xi)
-        found["x"] = np.pad(X, ((0, 0), (0, 3 - surface.gdim))).T
-    if "slip" in wanted:
-        has_slip = zone.slip is not None
-        found["slip"] = (
-            accumulated_slip(zone, facet, xi) if has_slip else 0.0 * xi[:, 0]
-        )
-    return found
-
-
-def along_facets(values: Callable[[Array], Array], xi: Array) -> Array:
-    """Differentiate a function of places along facets, (n, d - 1)."""
-    steps = STEP * np.eye(xi.shape[1])
-    high, low = ([values(xi + way * h) for h in steps] for way in (1.0, -1.0))
-    return (np.array(high) - np.array(low)).T / (2.0 * STEP)

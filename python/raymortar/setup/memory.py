@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from mpi4py import MPI
@@ -10,9 +9,9 @@ from petsc4py import PETSc
 
 import numpy as np
 
-from ..errors import raise_everywhere
-from ..gamma.probing import VolumePattern
-from ..interface.zone_data import ZoneData
+from ..core.errors import raise_everywhere
+from ..core.interface.zone_data import ZoneData
+from ..core.system.coupled import CoupledSystem
 
 # Average number of pairs of facets that share an entry: the number of facets around a
 # node. This is exact for two regular lattices of any sizes
@@ -41,16 +40,15 @@ def contact_entries(zone: ZoneData, components: int) -> int:
     return 2 * len(zone.pattern) * rows * columns // _AROUND_A_NODE[slave.shape]
 
 
-def require_memory(
-    comm: MPI.Comm, volume: VolumePattern, zones: Iterable[tuple[ZoneData, int]]
-) -> None:
+def require_memory(system: CoupledSystem) -> None:
     """Raise if the ranks are about to allocate more than there is. Collective.
-
-    Zones come with the components of their multipliers.
 
     Counted are entries of volume and contact, from below, and columns twice, as the
     pattern is made next to the matrix. The ranks of one machine share its memory.
     """
+    comm, volume = system.comm, system.parts[0].volume
+    assert volume is not None
+    zones = ((z, part.layout.components) for part in system.parts for z in part.zones)
     entries = len(volume.columns) + sum(contact_entries(*zone) for zone in zones)
     index, value = (np.dtype(t).itemsize for t in (PETSc.IntType, PETSc.ScalarType))
     machine = comm.Split_type(MPI.COMM_TYPE_SHARED)

@@ -17,9 +17,10 @@ from ..core.errors import SetUpError
 from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.pairs import in_other_order
 from ..core.interface.point_results import OPEN
-from ..core.interface.slave_nodes import FLAT, fixed_components
+from ..core.interface.slave_nodes import fixed_components
 from ..core.interface.zone_data import ZoneData
 from .overlap import of_hit_masters
+from .straight_facets import FLAT
 
 # Distance of a master's nodes over that of the tractions on a prescribed slave, up to
 # which the master may balance these: at 1.5 Newton's method fails on flat surfaces; at

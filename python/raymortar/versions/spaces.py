@@ -1,4 +1,4 @@
-"""Fields at quadrature points, values of UFL expressions there, and values by cell."""
+"""Mixed spaces, fields at quadrature points, and values of UFL expressions there."""
 
 from __future__ import annotations
 
@@ -8,12 +8,42 @@ from typing import Any
 
 import dolfinx.mesh
 import numpy as np
-import numpy.typing as npt
 import ufl
 from dolfinx import fem
 
-from .generation import HAS_UFL_ELEMENTS, Array, quadrature
-from .meshes import _with_shape, cell_name, dofmap_array
+from ..core.compat import (
+    HAS_UFL_ELEMENTS,
+    Array,
+    cell_name,
+    dofmap_array,
+    quadrature,
+    space,
+)
+from ..core.compat.meshes import with_shape
+
+
+def mixed_space(
+    mesh: dolfinx.mesh.Mesh, *parts: tuple[str, int, tuple[int, ...]]
+) -> fem.FunctionSpace:
+    """Mixed space of several elements.
+
+    Parameters
+    ----------
+    mesh
+        Mesh.
+    parts
+        Family, degree and shape of the values of each, as of `space`.
+    """
+    if HAS_UFL_ELEMENTS:
+        elements = [space(mesh, *part).ufl_element() for part in parts]
+        return fem.FunctionSpace(mesh, ufl.MixedElement(elements))
+    import basix.ufl
+
+    elements = [
+        basix.ufl.element(family, cell_name(mesh), degree, shape=shape or None)
+        for family, degree, shape in parts
+    ]
+    return fem.functionspace(mesh, basix.ufl.mixed_element(elements))
 
 
 def quadrature_space(
@@ -38,7 +68,7 @@ def quadrature_space(
         element: Any = ufl.FiniteElement(
             "Quadrature", mesh.ufl_cell(), degree, quad_scheme="default"
         )
-        return fem.FunctionSpace(mesh, _with_shape(element, shape))
+        return fem.FunctionSpace(mesh, with_shape(element, shape))
     import basix.ufl
 
     element = basix.ufl.quadrature_element(
@@ -87,44 +117,3 @@ def set_at_quadrature_points(f: fem.Function, values: Array) -> None:
     V = f.function_space
     table, bs = dofmap_array(V), V.dofmap.index_map_bs
     f.x.array.reshape(-1, bs)[table] = values.reshape(*table.shape, bs)
-
-
-def cells_as_given(mesh: dolfinx.mesh.Mesh) -> npt.NDArray[np.int64]:
-    """Number of each owned cell in the order in which the mesh was given, (cells,).
-
-    It is the same however the mesh is cut into parts. -1 where the mesh does not keep
-    it, as one that is a part of another mesh.
-    """
-    count = mesh.topology.index_map(mesh.topology.dim).size_local
-    known = np.asarray(mesh.topology.original_cell_index, dtype=np.int64)
-    return known[:count] if len(known) >= count else np.full(count, -1)
-
-
-def owned_cells(mesh: dolfinx.mesh.Mesh) -> int:
-    """Number of cells that this rank owns."""
-    return int(mesh.topology.index_map(mesh.topology.dim).size_local)
-
-
-def turns_with_cells(V: fem.FunctionSpace) -> bool:
-    """Whether values of dofs depend on the order of a cell's vertices among all, as of
-    edge elements and of Lagrange elements above degree 2."""
-    try:
-        element: Any = V.element.basix_element
-    except RuntimeError:  # mixed elements, and quadrature elements, which have no parts
-        return any(turns_with_cells(V.sub(i)) for i in range(V.num_sub_spaces))
-    return not element.dof_transformations_are_identity
-
-
-def values_by_cell(V: fem.FunctionSpace, array: Array) -> Array:
-    """Values of a ghosted array in the owned cells, (cells, dofs of a cell)."""
-    table = dofmap_array(V)[: owned_cells(V.mesh)]
-    found: Array = array.reshape(-1, V.dofmap.index_map_bs)[table]
-    return found.reshape(len(table), found.shape[1] * found.shape[2])
-
-
-def set_by_cell(f: fem.Function, values: Array) -> None:
-    """Set a Function to values of `values_by_cell`, and its ghosts. Collective."""
-    V, bs = f.function_space, f.function_space.dofmap.index_map_bs
-    table = dofmap_array(V)[: owned_cells(V.mesh)]
-    f.x.array.reshape(-1, bs)[table] = values.reshape(*table.shape, bs)
-    f.x.scatter_forward()
