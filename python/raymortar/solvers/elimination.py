@@ -31,6 +31,14 @@ WORN, SPARE = 1.5, 5
 # sets of blocks need less memory (measured: docs/measured/linear_solvers.md)
 PRICE = 30
 
+# Share of the residual of a system that a solve may leave, where it was asked for less.
+# GMRES sees residuals through the blocks: those of a body that touched nothing blow up its
+# rigid motions, beside which all else is small, and an answer that is none counts as exact
+LEFT = 0.1
+
+# Of GMRES, whose directions fit into memory at any size that was measured
+RESTART = 200
+
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/measured/linear_solvers.md)
 LAYERS = 1
@@ -55,7 +63,7 @@ class BodiesPreconditioner(KnowsProblem):
     The levels belong to the bodies without contact. They are kept until a solve takes
     many more cycles than the first one, or until other dofs are prescribed. So are the
     blocks, the operators of the levels and the factors near contact, which another gamma
-    ends, too: products with the tangent are always with the present one.
+    and a solve that leaves the residual as it was end, too: products with the tangent are always with the present one.
 
     Attributes
     ----------
@@ -71,7 +79,7 @@ class BodiesPreconditioner(KnowsProblem):
         super().__init__()
         self.solver: Any = None  # PETSc.KSP from `setUp` on
         self.levels: Any = None
-        self.was_new = False
+        self.was_new = self._is_second = False
         # Factor of the lumped mass of each contact, from the first elimination on
         self._factors: list[float] = []
         # Owned rows near contact
@@ -82,7 +90,8 @@ class BodiesPreconditioner(KnowsProblem):
         self._cycles = self._fresh = self._first = 0
         # Cycles that solves with the present blocks have taken more than the first one,
         # and may take
-        self._excess, self._most = 0, PRICE
+        self._excess: float = 0
+        self._most = PRICE
         # Factors of the rows, and of the multipliers, of the tangent that gave the blocks;
         # those of its rows over those of the present one
         self._scale_then: Array = np.empty(0)
@@ -141,11 +150,54 @@ class BodiesPreconditioner(KnowsProblem):
     def postSolve(
         self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
     ) -> None:
-        """Note the cycles that a solve has taken."""
+        """Note the cycles that a solve has taken. Where it has not solved the system,
+        solve it with new blocks, or say so. Collective."""
         self.was_new, cycles = self._fresh == 0, max(self._cycles, 1)
         self._fresh = self._fresh or cycles
         self._first = self._first or cycles
         self._excess += max(cycles - self._fresh, 0)
+        if self._has_solved(pc, ksp, b, x):
+            return
+        if self.was_new or self._is_second:
+            ksp.setConvergedReason(PETSc.KSP.ConvergedReason.DIVERGED_BREAKDOWN)
+            self._excess = np.inf
+        else:
+            self._solve_anew(pc, ksp, b, x)
+
+    def _has_solved(
+        self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
+    ) -> bool:
+        """Whether a solve that says so has left no more than it may. Collective."""
+        if ksp.getConvergedReason() <= 0:
+            return True
+        rest, (A, _) = b.duplicate(), pc.getOperators()
+        A.mult(x, rest)
+        rest.axpy(-1.0, b)
+        left, size = rest.norm(), b.norm()
+        rest.destroy()
+        return bool(left <= max(LEFT, ksp.getTolerances()[0]) * size)
+
+    def _solve_anew(
+        self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
+    ) -> None:
+        """Solve with blocks of the present tangent. Collective."""
+        self.forget()
+        again = PETSc.KSP().create(ksp.comm)
+        again.setType(ksp.getType())
+        again.setTolerances(*ksp.getTolerances())
+        again.setNormType(ksp.getNormType())
+        again.setGMRESRestart(RESTART)
+        again.setOperators(*ksp.getOperators())
+        again.setPC(pc)
+        self.setUp(pc)
+        self._is_second = True
+        try:
+            again.solve(b, x)
+        finally:
+            self._is_second = False
+        ksp.setConvergedReason(again.getConvergedReason())
+        ksp.setIterationNumber(ksp.getIterationNumber() + again.getIterationNumber())
+        again.destroy()
 
     def _serves(self) -> bool:
         """Whether the blocks at hand suit the present tangent. Collective."""
