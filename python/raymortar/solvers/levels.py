@@ -81,11 +81,12 @@ class BodiesLevels:
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """Find S and its products with the interpolations, finest first. Collective."""
-        found = [S, *self._of_volume(S)]
-        for P in self.interpolations[len(found) - 1 :]:
-            found.append(found[-1].PtAP(P))
-        for k, T in enumerate(found[1:]):
-            _regular(T, self._step.fixed if k == 0 and self._step else None)
+        # Each is regular before the next product, which would be singular else
+        found, step = [S], self._step
+        given = self._of_volume(S)
+        for k, P in enumerate(self.interpolations):
+            T = given[k] if k < len(given) else found[k].PtAP(P)
+            found.append(_regular(T, step.fixed if k == 0 and step else None))
         return found
 
     def _of_volume(self, S: PETSc.Mat) -> list[PETSc.Mat]:
