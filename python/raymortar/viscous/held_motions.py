@@ -74,6 +74,8 @@ class HeldMotions:
         # with it held that was driven least: share, state and what held it
         self._may_drive, self._drives = 0.0, Budget(problem)
         self._rest: tuple[float, State, Array] | None = None
+        # Share of forces that drives the motion in the last solve, and the last one told
+        self._drive = self._told = 0.0
         self._words: list[str] = []  # motions that are held
         # Motions of bodies, and change of the displacement, in the last solve under viscous
         # forces, and in a linear step that has moved a loose body far
@@ -154,6 +156,13 @@ class HeldMotions:
                 "on; prescribe it if its place matters",
             )
 
+    def _say_again(self) -> None:
+        """Say what drives a held motion where that has doubled: the load may be beyond
+        what contact and friction bear."""
+        if self._told and self._drive > 2.0 * self._told:
+            self._said, self._told = False, self._drive
+            self._say(f"{self._drive:.2g} of its forces drive that, nothing resists it")
+
     def _hold_more(self) -> None:
         """Hold the motion of the loose body that has taken off."""
         assert self._free is not None
@@ -203,6 +212,7 @@ class HeldMotions:
                     last = self._without(RESISTED)
                     self._without_it.failed()
                 if last is None:
+                    self._say_again()
                     return iterations
         self._viscosity.release()
         self.holds, self.share = False, 0.0
@@ -227,9 +237,10 @@ class HeldMotions:
     def _is_driven(self) -> bool:
         """Whether more than noise, or than may be, drives the motion that is held. Where
         it is least driven, it may be held later on."""
+        self._drive = 0.0
         if self.share <= IDLE:
             return False
-        drive = self._viscosity.drive()
+        self._drive = drive = self._viscosity.drive()
         self._drives.note(drive)
         if drive <= self._may_drive:
             return False
@@ -249,6 +260,7 @@ class HeldMotions:
             self._viscosity.hold_as(held)
             iterations = self.hold_on(self._plain)
             if iterations is not None:
+                self._told = drive
                 self._say(f"{drive:.2g} of its forces drive that, nothing resists it")
                 return iterations
         self.is_lost = self.has_loose
