@@ -34,8 +34,8 @@ FAILURES = (ConvergenceError, ContactError, PETSc.Error)
 
 # Residuals at either end of a history that a message lists
 _ENDS = 5
-# Among so many residuals at the end of a history, none is so many times the one before
-# if Newton's method is about to converge
+# Newton's method may yet converge if none of the last residuals is larger than so many
+# times the one before it: number of residuals, and factor
 _LAST, _JUMP = 10, 10.0
 
 # Relative difference of residuals that a message calls the same

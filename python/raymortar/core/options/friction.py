@@ -63,7 +63,7 @@ class Law(Options):
             zone.cpp.set_field("friction_coefficient", values)
 
     def at_points(self, zones: Sequence[Any], comm: MPI.Comm) -> Any:
-        """What sends the law's bounds to zones, by ``send(dt)``, after each pairing;
+        """Object that sends the law's bounds to zones by ``send(dt)``, after each pairing;
         None: the C++ library evaluates the law."""
         return None
 

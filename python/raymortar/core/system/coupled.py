@@ -221,7 +221,7 @@ class CoupledSystem(CoupledIterates):
                 f"{type(thing).__name__}"
             )
         else:
-            # Of a matrix its rows and its columns
+            # A matrix has rows and columns
             sizes = np.unique(thing.getLocalSize())
             if (sizes != self.layout.size).any():
                 found = " x ".join(map(str, np.ravel(thing.getLocalSize())))
