@@ -62,8 +62,9 @@ class BodiesPreconditioner(KnowsProblem):
 
     The levels belong to the bodies without contact. They are kept until a solve takes
     many more cycles than the first one, or until other dofs are prescribed. So are the
-    blocks, the operators of the levels and the factors near contact, which another gamma
-    and a solve that leaves the residual as it was end, too: products with the tangent are always with the present one.
+    blocks, the operators of the levels and the factors near contact. Another gamma ends
+    these, too, and so does a solve that leaves the residual as it was. Products with the
+    tangent are always with the present one.
 
     Attributes
     ----------
