@@ -80,7 +80,7 @@ def main(arguments=None):
     """Run the demo; 0 if the section agrees with the slice."""
     parser = common.options("plug", __doc__)
     parser.add_argument("--size", type=int, default=6, help="cells across the rubber")
-    parser.add_argument("--steps", type=int, default=6)
+    parser.add_argument("--steps", type=int, default=12)
     args = parser.parse_args(arguments)
     comm, size = MPI.COMM_WORLD, args.size * (2 if args.fine else 1)
     args.output.mkdir(parents=True, exist_ok=True)
