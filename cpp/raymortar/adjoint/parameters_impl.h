@@ -27,14 +27,9 @@ void add_parameter_blocks(const ContactState& s, const Parameter& by,
   {
     points->take(e);
     kernel->clear_tangent(points->shapes.size());
-    for (const Index i : s.elements.points_of(e))
-    {
-      const auto q = static_cast<std::size_t>(i);
-      if (s.points.seed[q] == no_index)
-        continue;
-      points->place(q);
-      kernel->add(*points, s.elements.master[e]);
-    }
+    for_points(*points, e,
+               [&](std::size_t)
+               { kernel->add(*points, s.elements.master[e]); });
     sink(e, kernel->A.data(), points->shapes.size());
   }
 }

@@ -36,15 +36,15 @@ public:
       const bool moves = _moves and has_moving_vertices(_state, e);
       const typename Motion::Element element{e, _points.shapes.alone(), size,
                                              _kernel.A.data(), couplings};
-      _points.for_each(e,
-                       [&](std::size_t q)
-                       {
-                         if (_springs.number[q] == no_index)
-                           return;
-                         add_held(e, q, moves ? &along : nullptr);
-                         if (moves)
-                           motion.add(element, q, along);
-                       });
+      for_points(_points, e,
+                 [&](std::size_t q)
+                 {
+                   if (_springs.number[q] == no_index)
+                     return;
+                   add_held(e, q, moves ? &along : nullptr);
+                   if (moves)
+                     motion.add(element, q, along);
+                 });
       if (moves)
         motion.finish(element);
       sink(e, _kernel.A.data(), size);
@@ -59,22 +59,22 @@ public:
     {
       const int size = take(e);
       const std::vector<double> w = weights(e, adjoint);
-      _points.for_each(e,
-                       [&](std::size_t q)
-                       {
-                         if (not _points.has_target)
-                           return;
-                         double* const to = found.data() + q * D;
-                         _kernel.clear_tangent(size);
-                         _kernel.add(_points, _state.elements.master[e]);
-                         for (int r = 0; r < size; ++r)
-                           add_row(-w[std::size_t(r)], r * size, to);
-                         if (_springs.number[q] == no_index)
-                           return;
-                         _kernel.clear_tangent(size);
-                         add_held(e, q, nullptr);
-                         add_row(1.0, 0, to);
-                       });
+      for_points(_points, e,
+                 [&](std::size_t q)
+                 {
+                   if (not _points.has_target)
+                     return;
+                   double* const to = found.data() + q * D;
+                   _kernel.clear_tangent(size);
+                   _kernel.add(_points, _state.elements.master[e]);
+                   for (int r = 0; r < size; ++r)
+                     add_row(-w[std::size_t(r)], r * size, to);
+                   if (_springs.number[q] == no_index)
+                     return;
+                   _kernel.clear_tangent(size);
+                   add_held(e, q, nullptr);
+                   add_row(1.0, 0, to);
+                 });
     }
     return found;
   }

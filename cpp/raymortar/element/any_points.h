@@ -55,19 +55,22 @@ struct AnyPoints
         data.spin.set(data.slave_frames, data.master_frames);
     knows_spin = true;
   }
-
-  /// @brief Go to the points of that element in segments, one after the other:
-  /// calls visit(q) at each.
-  template <class Visit>
-  void for_each(std::size_t element, Visit&& visit)
-  {
-    for (const Index i : state.elements.points_of(element))
-      if (const auto q = static_cast<std::size_t>(i);
-          state.points.seed[q] != no_index)
-      {
-        place(q);
-        visit(q);
-      }
-  }
 };
+
+/// @brief Go to the points of an element in segments, one after the other:
+/// calls visit(q) at each, with its data in place.
+/// @tparam Points AnyPoints, or what has its members
+template <class Points, class Visit>
+void for_points(Points& points, std::size_t element, Visit&& visit)
+{
+  const ContactState& s = points.state;
+  for (const Index i : s.elements.points_of(element))
+  {
+    const auto q = static_cast<std::size_t>(i);
+    if (s.points.seed[q] == no_index)
+      continue;
+    points.place(q);
+    visit(q);
+  }
+}
 } // namespace raymortar

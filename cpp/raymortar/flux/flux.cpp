@@ -65,8 +65,10 @@ public:
   {
     FluxPoints found;
     for_elements(
-        [&](std::size_t e) {
-          for_points(e, [&](std::size_t q, std::size_t) { store(q, found); });
+        [&](std::size_t e)
+        {
+          for_numbered_points(e, [&](std::size_t q, std::size_t)
+                              { store(q, found); });
         });
     return found;
   }
@@ -78,12 +80,13 @@ public:
         [&](std::size_t e)
         {
           _element.clear_residual(_field);
-          for_points(e,
-                     [&](std::size_t, std::size_t k)
-                     {
-                       _element.add_residual({_points.data, _points.at}, _field,
-                                             flux, k, _state.keeps_springs);
-                     });
+          for_numbered_points(e,
+                              [&](std::size_t, std::size_t k)
+                              {
+                                _element.add_residual(
+                                    {_points.data, _points.at}, _field, flux, k,
+                                    _state.keeps_springs);
+                              });
           for (int a = 0; a < _field.nodes(); ++a)
           {
             out.rows.push_back(_field.row(a));
@@ -111,13 +114,13 @@ public:
               e, _points.shapes.alone(), _points.shapes.size(),
               _element.A.data(), couplings};
           const bool moves = motion and has_moving_vertices(_state, e);
-          for_points(e,
-                     [&](std::size_t q, std::size_t k)
-                     {
-                       add_point(flux, k, moves);
-                       if (moves)
-                         motion->add(moving, q, _integrand);
-                     });
+          for_numbered_points(e,
+                              [&](std::size_t q, std::size_t k)
+                              {
+                                add_point(flux, k, moves);
+                                if (moves)
+                                  motion->add(moving, q, _integrand);
+                              });
           if (moves)
             motion->finish(moving);
           append_element(e, out);
@@ -143,14 +146,14 @@ private:
 
   /// Visit the points of an element with a hit, with their numbers
   template <class Visit>
-  void for_points(std::size_t e, Visit&& visit)
+  void for_numbered_points(std::size_t e, Visit&& visit)
   {
-    _points.for_each(e,
-                     [&](std::size_t q)
-                     {
-                       _field.place(q);
-                       visit(q, _count++);
-                     });
+    for_points(_points, e,
+               [&](std::size_t q)
+               {
+                 _field.place(q);
+                 visit(q, _count++);
+               });
   }
 
   void store(std::size_t q, FluxPoints& out) const

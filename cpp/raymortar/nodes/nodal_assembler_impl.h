@@ -144,7 +144,7 @@ public:
       if (not points->has_target)
         continue;
       springs.take(s.elements.slave[e]);
-      Base::for_points(
+      for_points(
           *points, e,
           [&](std::size_t)
           { add_point(*points, s.elements.slave[e], springs, sums, tested); });
