@@ -383,13 +383,12 @@ class LoadSteps:
     ) -> ConvergenceError:
         """Make the error of a failed step, after its start is restored. Collective."""
         contact, failed = self._problem.contact, self._path.describe()
-        texts: list[Any] = [failure]
+        texts: list[Any] = [*more, failure]
         if isinstance(failure, BodyLeft):
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
             contact.update()
             texts += contact.system.free_bodies.rubbed()
-        texts[:0] = more
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
             texts += [one.advice for one in self._problem.terms if one.advice]

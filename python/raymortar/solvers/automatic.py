@@ -14,7 +14,7 @@ from ..core.errors import warn
 from ..core.problem import CoupledProblem
 from ..core.solvers.linear import direct, inexact
 from ..core.solvers.petsc_objects import DIRECT, attach
-from .inner import InnerSolvers, kept_inside, nested
+from .inner import RESTART, InnerSolvers, kept_inside, nested
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -36,7 +36,7 @@ MOST_ITERATIONS = 100
 # After so many stalls the iterative solver is not tried again
 MOST_STALLS = 2
 
-_KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": 200, "ksp_rtol": 1e-8}
+_KRYLOV = {"ksp_type": "gmres", "ksp_gmres_restart": RESTART, "ksp_rtol": 1e-8}
 
 # Only problems of their sizes need these modules
 _BODIES_PRECONDITIONER = f"{__package__}.elimination.BodiesPreconditioner"

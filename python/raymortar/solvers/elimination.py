@@ -19,7 +19,7 @@ from ..core.errors import ContactError
 from ..core.gamma.stiffness import owned_nodes_on
 from ..core.solvers.petsc_objects import KnowsProblem
 from ..entries import block_diagonal, node_blocks
-from .inner import finished, inner_solver, kept_inside
+from .inner import RESTART, finished, inner_solver, kept_inside
 from .levels import BodiesLevels, set_levels, sides
 
 # New levels are made when a solve with new blocks needs WORN times the cycles of the
@@ -31,13 +31,10 @@ WORN, SPARE = 1.5, 5
 # sets of blocks need less memory (measured: docs/measured/linear_solvers.md)
 PRICE = 30
 
-# Share of the residual of a system that a solve may leave, where it was asked for less.
-# GMRES sees residuals through the blocks: those of a body that touched nothing blow up its
-# rigid motions, beside which all else is small, and an answer that is none counts as exact
+# Share of its residual that a solve may leave. GMRES measures residuals through the
+# blocks. Blocks of a body that touched nothing magnify its rigid motions so much that all
+# else looks small beside them: a wrong answer then counts as exact
 LEFT = 0.1
-
-# Of GMRES, whose directions fit into memory at any size that was measured
-RESTART = 200
 
 # Layers of cells at the surfaces whose nodes are near contact (measured:
 # docs/measured/linear_solvers.md)
@@ -151,8 +148,8 @@ class BodiesPreconditioner(KnowsProblem):
     def postSolve(
         self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
     ) -> None:
-        """Note the cycles that a solve has taken. Where it has not solved the system,
-        solve it with new blocks, or say so. Collective."""
+        """Note the cycles that a solve has taken. If it left too much of the residual,
+        repeat it with new blocks, or report that it failed. Collective."""
         self.was_new, cycles = self._fresh == 0, max(self._cycles, 1)
         self._fresh = self._fresh or cycles
         self._first = self._first or cycles
@@ -168,7 +165,8 @@ class BodiesPreconditioner(KnowsProblem):
     def _has_solved(
         self, pc: PETSc.PC, ksp: PETSc.KSP, b: PETSc.Vec, x: PETSc.Vec
     ) -> bool:
-        """Whether a solve that says so has left no more than it may. Collective."""
+        """Whether a solve that reports convergence left little of the residual; True if
+        it reports a failure itself. Collective."""
         if ksp.getConvergedReason() <= 0:
             return True
         rest, (A, _) = b.duplicate(), pc.getOperators()

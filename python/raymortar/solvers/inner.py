@@ -14,6 +14,9 @@ import numpy as np
 from ..core.discretization.ranks import destroy
 from ..core.solvers.petsc_objects import KnowsProblem
 
+# Directions of GMRES that it keeps: they fit into memory at any size that was measured
+RESTART = 200
+
 # Difference of two sums that is rounding, over the sums: these may nearly cancel
 ROUNDING = 1e-9
 

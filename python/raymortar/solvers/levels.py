@@ -81,7 +81,8 @@ class BodiesLevels:
 
     def operators(self, S: PETSc.Mat) -> list[PETSc.Mat]:
         """Find S and its products with the interpolations, finest first. Collective."""
-        # Each is regular before the next product, which would be singular else
+        # Each product is made regular before the next one is made of it: that would be
+        # singular
         found, step = [S], self._step
         given = self._of_volume(S)
         for k, P in enumerate(self.interpolations):

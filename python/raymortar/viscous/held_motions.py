@@ -33,8 +33,9 @@ DRIVEN = 1e-2
 # and while they let go of what else has moved. Largest number of motions held at once
 HOLDS, YIELDS, MOST_HELD = 0.1, 0.01, 6
 
-# Factor of what drives a held motion from which on it is told again. A disc whose weight is
-# aside has 2.7, a block that is pushed beyond its friction 5
+# A held motion is told again once the share of forces that drives it has grown by this
+# factor: it grows by 2.7 for a disc with its weight aside, by 5 for a block that is pushed
+# beyond its friction
 GROWN = 4.0
 
 # Largest motion in the last solve, without viscous forces, as a share of the limit: a
@@ -164,8 +165,13 @@ class HeldMotions:
         """Say what drives a held motion where that has grown much: the load may be beyond
         what contact and friction bear."""
         if self._told and self._drive > GROWN * self._told:
-            self._said, self._told = False, self._drive
-            self._say(f"{self._drive:.2g} of its forces drive that, nothing resists it")
+            self._said = False
+            self._say_driven(self._drive)
+
+    def _say_driven(self, drive: float) -> None:
+        """Say once by what share of its forces a held motion is driven."""
+        self._told = drive
+        self._say(f"{drive:.2g} of its forces drive that, nothing resists it")
 
     def _hold_more(self) -> None:
         """Hold the motion of the loose body that has taken off."""
@@ -264,8 +270,7 @@ class HeldMotions:
             self._viscosity.hold_as(held)
             iterations = self.hold_on(self._plain)
             if iterations is not None:
-                self._told = drive
-                self._say(f"{drive:.2g} of its forces drive that, nothing resists it")
+                self._say_driven(drive)
                 return iterations
         self.is_lost = self.has_loose
         body = int(np.where(self._loose | ~self.is_lost, motions, 0.0).argmax())
