@@ -107,4 +107,5 @@ def test_a_warning_is_at_the_line_of_the_user():
         raymortar.ContactWarning, match="Newton's method may fail"
     ) as found:
         raymortar.NonlinearProblem(case.F, contact, bcs=case.bcs)
-    assert {one.filename for one in found} == {__file__}
+    ours = [one for one in found if one.category is raymortar.ContactWarning]
+    assert {one.filename for one in ours} == {__file__}
