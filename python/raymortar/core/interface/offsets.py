@@ -12,17 +12,14 @@ from dolfinx.fem import Function
 from .. import compat
 from ..compat import Array
 from ..discretization.facets import facet_nodes, shape_functions
-from ..discretization.joined import parts_of
 from ..discretization.ranks import largest
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from ..discretization.thickness import Cells, thickness_behind
 from ..errors import require_agreement, together, warn
+from ..hooks import hooks
 from .contact_surfaces import ContactSurfaces
 from .point_results import nodal_average
 from .zone_data import ZoneData, mean_facet_size
 
-# Share of an interference that counts as rounding error
-_ROUNDING = 1e-6
 # Change of a gap, over the mean size of facets, from which on gaps are closed
 CLOSED_WITHIN = 1e-4
 # Gaps above this tell that no solver has repeated the solves of an accepted step
@@ -53,35 +50,11 @@ class Offsets:
         for zone, values in zip(self._zones, nodal):
             zone.offset = values
         self.value = offset
-        found = [self._excess_on(zone) for zone in self._zones]
-        before, self.excess = self.excess, "; ".join(filter(None, found)) or None
+        before, self.excess = self.excess, hooks.excess(self._surfaces)
         if self.excess is not None and before is None:
             warn(self.excess)
         for zone in self._zones:
             zone.send_offset()
-
-    def _excess_on(self, zone: ZoneData) -> str | None:
-        """Message on an interference for which no body is thick enough. Collective."""
-        facets, comm = zone.facets, self._surfaces.comm
-        assert zone.offset is not None
-        overlap = largest(comm, -zone.offset)
-        # A rigid tool has no thickness that counts
-        count, parts = 1 if facets.bodies else 2, parts_of(self._surfaces.u)
-        there = min(largest(comm, side) for side in zone.thickness[:count])
-        if there < overlap:
-            on = (facets.slave_part, facets.master_part)[:count]
-            cells = [Cells(parts[k].function_space.mesh) for k in on]
-            there = min(
-                largest(comm, thickness_behind(of, side, 2.0 * overlap))
-                for of, side in zip(cells, (facets.slave, facets.master))
-            )
-        if overlap <= there * (1.0 + _ROUNDING):
-            return None
-        return (
-            f"the argument offset makes an interference of {overlap:.4g} on "
-            f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
-            "length in the unit of the mesh"
-        )
 
 
 # Corrections after a solve
