@@ -46,17 +46,24 @@ class Hooks:
         Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
-    on_arguments
-        Called with the arguments of a contact, `Given`.
+    on_pairs, on_arguments
+        Called with pairs of numbers, `ALL` or targets, and the name of each tag; and with
+        the arguments of a contact, `Given`.
     on_tags, on_facets
         Called with a mesh, its tags, one that is looked up, None for all, and what
         messages call it; and with a mesh and facets of a contact.
     on_meshes, on_zones
         Called with `Tagged` facets of several meshes and the tags of one side of a pair;
         and with the displacement and the facets of all zones.
-    on_revolved, on_revolved_tools
-        Called with the displacement and the facets of the zones of a solid of revolution;
-        and with the tools that it meets and the communicator, where they have moved.
+    on_revolved
+        Called with the displacement and the facets of the zones of a solid of revolution.
+    on_tools
+        Called with a zone that meets rigid bodies, which may have moved, and whether it
+        has friction.
+    on_prescribed, on_held
+        Called with the surfaces of a contact that meets rigid bodies, and which dofs of
+        the displacement are prescribed; and with surfaces of which some facet has no free
+        dof, or some node none along the normal, and these nodes, None for none.
     on_forms, on_compiled
         Called with residual, Jacobian and unknowns as they were given, and `Unknowns`;
         and with a compiled bilinear form, or a table of them, and `Unknowns`.
@@ -88,6 +95,9 @@ class Hooks:
         Finds whether two sides on one mesh share vertices, and whether these are the tips
         of a crack, from the mesh, their facets, and whether they may; the core alone
         takes them to be apart.
+    exact
+        Makes of the surfaces of a contact what closes the gaps that a penalty leaves, a
+        `Correction` and `Follower`; None: no penalty is exact.
     behind
         Makes of a mesh what tells the lengths of the undeformed body behind facets, from
         these and a length from which on a body is thick.
@@ -123,6 +133,7 @@ class Hooks:
     judge: Callable[[Any, bool, str], None] = require_convergence
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
+    on_pairs: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_arguments: list[Callable[[Any], None]] = field(default_factory=list)
     on_tags: list[Callable[[Any, Any, Any, str], None]] = field(default_factory=list)
     on_facets: list[Callable[[Any, Any], None]] = field(default_factory=list)
@@ -131,7 +142,9 @@ class Hooks:
     on_forms: list[Callable[[Any, Any, Any, Any], None]] = field(default_factory=list)
     on_compiled: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_revolved: list[Callable[[Any, Any], None]] = field(default_factory=list)
-    on_revolved_tools: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_tools: list[Callable[[Any, bool], None]] = field(default_factory=list)
+    on_prescribed: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_held: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_made: list[Callable[[Any], None]] = field(default_factory=list)
     on_volume: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_matrix: list[Callable[[Any], None]] = field(default_factory=list)
@@ -142,6 +155,7 @@ class Hooks:
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
     shared: Callable[..., tuple[bool, bool]] = lambda *_: (False, False)
+    exact: Callable[[Any], Any] | None = None
     behind: Callable[[Any], Callable[[Any, float], Any]] = all_thick
     excess: Callable[[Any], str | None] = lambda surfaces: None
     as_target: Callable[[Any], Any] | None = None

@@ -8,5 +8,6 @@
 - problems: a problem that has been made: pairs of its contacts, forms
 - thickness, interference: bodies behind facets, against what is to be pressed away
 - memory: its matrix, against the memory that there is
+- rigid_loads, held_slaves: positions of rigid bodies, slaves that are prescribed
 - overlap, rigid_slaves, straight_facets: its undeformed meshes
 """

@@ -12,11 +12,88 @@ from dolfinx.mesh import Mesh
 from ..core import compat
 from ..core.discretization.facets import FACET_SHAPE
 from ..core.discretization.tagged import ALL, Group
-from ..core.errors import ContactError, raise_everywhere, spoken_tag, together
+from ..core.errors import (
+    ContactError,
+    is_whole_number,
+    raise_everywhere,
+    spoken_tag,
+    together,
+)
 from ..core.interface.contact_surfaces import Given
-from ..core.interface.pairs import names_by_tag
+from ..core.interface.pairs import Pair, names_by_tag, plain
 from ..core.options.methods import ContactOptions, Penalty
-from ..core.target import Target
+from ..core.target import Target, as_target
+
+
+def check_pairs(pairs: Sequence[tuple[Any, Any]], names: Mapping[Any, str]) -> None:
+    """Refuse sides that are no tags or targets, and pairs that cannot be beside each
+    other."""
+    # Masters by slave, and by whether the slave meets itself
+    groups: dict[tuple[Any, bool], list[Any]] = {}
+    for one, other in pairs:
+        _check_tags(one, other)
+        slave, master = plain(one), plain(other)
+        masters = groups.setdefault((slave, slave == master), [])
+        _check_order(slave, master, groups, names)
+        masters.append(master)
+
+
+def _check_tags(slave: Any, master: Any) -> None:
+    """Raise unless both sides are tags, or the master a rigid body."""
+    if as_target(slave) is not None:
+        raise ContactError(
+            f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
+            "integrate over, so it can be a master only"
+        )
+    for tag in (slave, master):
+        if isinstance(tag, type) and ".rigid" in tag.__module__:
+            raise ContactError(
+                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
+                f"rigid.{tag.__name__}(...)"
+            )
+        if not (is_whole_number(tag) or isinstance(tag, (Target, str))):
+            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
+    if ALL in [tag for tag in (slave, master) if isinstance(tag, str)]:
+        others = [tag for tag in (slave, master) if is_whole_number(tag)]
+        if others:
+            raise ContactError(
+                f"pairs has 'all' with tag {others[0]}: all facets, that tag's among "
+                "them, meet each other by pairs='all'"
+            )
+
+
+def _check_order(
+    slave: Any,
+    master: Any,
+    groups: Mapping[tuple[Any, bool], list[Any]],
+    names: Mapping[Any, str],
+) -> None:
+    """Raise for a pair that cannot be beside the earlier ones."""
+    if slave in groups.get((master, False), []):
+        both = [names.get(tag, tag) for tag in (master, slave)]
+        raise ContactError(
+            f"pair ({', '.join(map(str, both))}) is given in both orders: their contact "
+            "would be counted twice"
+        )
+    others = groups[slave, slave == master]
+    if any(isinstance(m, Target) != isinstance(master, Target) for m in others):
+        raise ContactError(
+            f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and "
+            "rigid ones: give each kind its own Contact, NonlinearProblem(F, "
+            "[one, other])"
+        )
+
+
+def _check_beside_all(pairs: Sequence[Pair]) -> None:
+    """Raise for a pair that is one of those of all facets."""
+    masters = [pair.master for pair in pairs if pair.slave == ALL]
+    for pair in pairs:
+        meshed = not isinstance(pair.master, Target) and ALL in masters
+        if pair.slave != ALL and (meshed or pair.master in masters):
+            raise ContactError(
+                f"pair {pair} is one of those of 'all': its contact would be counted "
+                "twice; leave it out, or name all pairs"
+            )
 
 
 def check_arguments(given: Given) -> None:
@@ -26,6 +103,7 @@ def check_arguments(given: Given) -> None:
     meshes = given.unknowns.displacements
     with together(given.unknowns.comm):
         names = names_by_tag(given.pairs.names_at(0))
+        _check_beside_all(given.pairs.pairs)
         _require_leader(groups, given.options, tied, names, len(meshes))
         _require_surfaces(groups, tied)
     for part in meshes:
