@@ -137,15 +137,25 @@ def _floor(place: str) -> Callable[..., Any]:
 hooks.judge = _floor("diagnose.outcome.require_convergence")
 hooks.check = _floor("diagnose.outcome.check")
 hooks.describe = _floor("diagnose.failure.describe")
+hooks.on_pairs.append(_floor("setup.arguments.check_pairs"))
+hooks.on_arguments.append(_floor("setup.arguments.check_arguments"))
+hooks.on_tags.append(_floor("setup.facets.check_tags"))
+hooks.on_facets.append(_floor("setup.facets.check_facets"))
+hooks.on_meshes.append(_floor("setup.facets.check_meshes"))
+hooks.on_zones.append(_floor("setup.facets.check_zones"))
 hooks.on_revolved.append(_floor("setup.revolution.check"))
-hooks.on_revolved_tools.append(_floor("setup.revolution.check_tools"))
+hooks.on_forms.append(_floor("setup.forms.check_forms"))
+hooks.on_compiled.append(_floor("setup.forms.check_compiled"))
+hooks.on_tools.append(_floor("setup.rigid_loads.check"))
+hooks.on_prescribed.append(_floor("setup.held_slaves.refuse_held_on_tools"))
+hooks.on_held.append(_floor("setup.held_slaves.refuse_held"))
 hooks.on_volume += [
-    _floor("setup.volumes.check_coefficients"),
-    _floor("setup.volumes.warn_of_plane_form"),
+    _floor("setup.forms.check_coefficients"),
+    _floor("setup.forms.warn_of_plane_form"),
 ]
 hooks.on_made += [
-    _floor("setup.shared_pairs.warn_of_shared_pairs"),
-    _floor("setup.inertia.warn_of_inertia"),
+    _floor("setup.problems.warn_of_shared_pairs"),
+    _floor("setup.problems.warn_of_inertia"),
 ]
 hooks.on_matrix.append(_floor("setup.memory.require_memory"))
 hooks.on_setup += [
@@ -154,10 +164,15 @@ hooks.on_setup += [
 ]
 hooks.on_first_pairs.append(_floor("setup.straight_facets.look_at_straight_facets"))
 hooks.on_accept.append(_floor("setup.straight_facets.warn_of_turned_arcs"))
+hooks.convergence = _floor("diagnose.trouble.Watched")
 hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
 hooks.results = _floor("results.nodal_fields.results_of")
 hooks.reactions = _floor("results.reactions.reactions")
+hooks.shared = _floor("setup.shared_vertices.shared")
+hooks.exact = _floor("exact.Augmentation")
+hooks.behind = _floor("setup.thickness.behind")
+hooks.excess = _floor("setup.interference.excess")
 hooks.adjust = _floor("setup.adjustment.adjust")
 hooks.free_bodies = _floor("rigid.free_bodies.FreeBodies")
 hooks.all_facets = _floor("self_contact.all_facets.all_facets")

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from .errors import ConvergenceError, raise_everywhere
 from .finding import Finding
 
@@ -26,6 +28,11 @@ def require_convergence(problem: Any, converged: bool, reason: str) -> None:
         raise_everywhere(problem.comm, text, ConvergenceError)
 
 
+def all_thick(mesh: Any) -> Callable[[Any, float], Any]:
+    """Let all bodies of a mesh be as thick as is asked for."""
+    return lambda facets, most: np.full(len(facets.cells), most)
+
+
 @dataclass
 class Hooks:
     """Functions that floors put in the place of the core's, or beside them.
@@ -39,9 +46,27 @@ class Hooks:
         Finds what is doubtful about a problem's present state.
     describe
         Message on a problem whose solve has failed.
-    on_revolved, on_revolved_tools
-        Called with the displacement and the facets of the zones of a solid of revolution;
-        and with the tools that it meets and the communicator, where they have moved.
+    on_pairs, on_arguments
+        Called with pairs of numbers, `ALL` or targets, and the name of each tag; and with
+        the arguments of a contact, `Given`.
+    on_tags, on_facets
+        Called with a mesh, its tags, one that is looked up, None for all, and what
+        messages call it; and with a mesh and facets of a contact.
+    on_meshes, on_zones
+        Called with `Tagged` facets of several meshes and the tags of one side of a pair;
+        and with the displacement and the facets of all zones.
+    on_revolved
+        Called with the displacement and the facets of the zones of a solid of revolution.
+    on_tools
+        Called with a zone that meets rigid bodies, which may have moved, and whether it
+        has friction.
+    on_prescribed, on_held
+        Called with the surfaces of a contact that meets rigid bodies, and which dofs of
+        the displacement are prescribed; and with surfaces of which some facet has no free
+        dof, or some node none along the normal, and these nodes, None for none.
+    on_forms, on_compiled
+        Called with residual, Jacobian and unknowns as they were given, and `Unknowns`;
+        and with a compiled bilinear form, or a table of them, and `Unknowns`.
     on_made
         Called with a problem that has been made.
     on_volume
@@ -56,6 +81,9 @@ class Hooks:
     on_accept
         Called with the surfaces of a contact with curved facets whose step is accepted,
         until one returns True.
+    convergence
+        Makes what judges the iterates of a problem, a `Convergence`, from its groups of
+        rows; None: one that ends no solve early.
     keeper
         Makes the keeper of a volume's constant tangent, from the contact, its `Forms`, the
         pattern and the residual in UFL, which returns None where the tangent is not
@@ -63,6 +91,19 @@ class Hooks:
     linear_solver
         Chooses the linear solver of a problem, with or without SNES: its PETSc options
         and its name; None: the direct solver.
+    shared
+        Finds whether two sides on one mesh share vertices, and whether these are the tips
+        of a crack, from the mesh, their facets, and whether they may; the core alone
+        takes them to be apart.
+    exact
+        Makes of the surfaces of a contact what closes the gaps that a penalty leaves, a
+        `Correction` and `Follower`; None: no penalty is exact.
+    behind
+        Makes of a mesh what tells the lengths of the undeformed body behind facets, from
+        these and a length from which on a body is thick.
+    excess
+        Message on an offset that has been set, from the surfaces of a contact, where no
+        body is as thick as it is deep.
     as_target
         Makes a `Target` of what may be the master of a pair in place of a tag, and leaves
         all else as it is; None: a pair has tags and targets alone.
@@ -92,16 +133,31 @@ class Hooks:
     judge: Callable[[Any, bool, str], None] = require_convergence
     check: Callable[[Any], list[Finding]] = lambda problem: []
     describe: Callable[[Any], str] = describe_residuals
+    on_pairs: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_arguments: list[Callable[[Any], None]] = field(default_factory=list)
+    on_tags: list[Callable[[Any, Any, Any, str], None]] = field(default_factory=list)
+    on_facets: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_meshes: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_zones: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_forms: list[Callable[[Any, Any, Any, Any], None]] = field(default_factory=list)
+    on_compiled: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_revolved: list[Callable[[Any, Any], None]] = field(default_factory=list)
-    on_revolved_tools: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_tools: list[Callable[[Any, bool], None]] = field(default_factory=list)
+    on_prescribed: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    on_held: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_made: list[Callable[[Any], None]] = field(default_factory=list)
     on_volume: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_matrix: list[Callable[[Any], None]] = field(default_factory=list)
     on_setup: list[Callable[[Any], None]] = field(default_factory=list)
     on_first_pairs: list[Callable[[Any], None]] = field(default_factory=list)
     on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
+    convergence: Callable[[Any], Any] | None = None
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
     linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    shared: Callable[..., tuple[bool, bool]] = lambda *_: (False, False)
+    exact: Callable[[Any], Any] | None = None
+    behind: Callable[[Any], Callable[[Any, float], Any]] = all_thick
+    excess: Callable[[Any], str | None] = lambda surfaces: None
     as_target: Callable[[Any], Any] | None = None
     all_facets: Callable[[Any, Any, Any], Any] | None = None
     never_meet: Callable[[Any, Any, Any], Any] | None = None

@@ -134,7 +134,7 @@ class CoupledProblem:
         known = F if is_derivative and kept else None
         self.volume = Volume(self.contact, L, a, known, self._pattern, updated)
         groups = groups_of(system)
-        self.convergence = Convergence(groups)
+        self.convergence: Any = (hooks.convergence or Convergence)(groups)
         for term in self.terms:
             term.set_groups(groups)
         system.set_groups(groups.of_row, groups.count, groups.mass, groups.fields)

@@ -9,12 +9,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
-from mpi4py import MPI
-
 import numpy as np
 
 from .compat import Array
-from .errors import require_agreement
 from .hooks import hooks
 
 
@@ -83,30 +80,8 @@ def as_target(master: Any) -> Target | None:
     return found if isinstance(found, Target) else None
 
 
-# Largest rotation in one step with friction: after half a turn a slip has no direction.
-# Radians
-LARGEST_TURN = 0.5 * np.pi
-
 # `Target.motion` of each body, (n, 15)
 Motion = Array
-
-
-def require_same_loads(bodies: Sequence[Target], comm: MPI.Comm) -> None:
-    """Raise unless prescribed positions and loads agree on all ranks. Collective."""
-    if comm.size == 1 or not bodies:
-        return
-    found = [
-        {
-            f"translation of the rigid {body.name}": body.cpp.moved,
-            f"rotation of the rigid {body.name}": body.cpp.turned,
-            f"force of the rigid {body.name}": body.force,
-            f"moment of the rigid {body.name}": np.atleast_1d(body.moment),
-        }
-        for body in bodies
-    ]
-    for one in found:
-        texts = {name: str(tuple(value.tolist())) for name, value in one.items()}
-        require_agreement(comm, **texts)
 
 
 class Motions:
@@ -157,15 +132,3 @@ class Motions:
         if body in self.bodies:
             self.old = self.old.copy()
             self.old[self.bodies.index(body)] = body.motion()
-
-    def turned_too_far(self) -> str | None:
-        """Message if a body turns too far in this step for friction, else None."""
-        for body, was in zip(self.bodies, self.old):
-            # The rotation between both is at most this; whole turns count too
-            angle = float(np.linalg.norm(body.cpp.turned - was[3:6]))
-            if angle >= LARGEST_TURN:
-                return (
-                    f"{body!r} turns by {angle:.3g} rad since the accepted step: with "
-                    f"friction it has to be less than {LARGEST_TURN:.3g}; take more steps"
-                )
-        return None

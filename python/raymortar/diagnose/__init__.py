@@ -7,5 +7,6 @@
 - inverted: cells that a solve has turned inside out
 - missed: masters that a slave meets on no path, or in no solve
 - unaccepted: solves under other loads whose steps nobody accepts
+- trouble: signs that a solve will not converge
 - failure: messages of solves that did not converge, corners of several faces
 """

@@ -14,7 +14,6 @@ from dolfinx.fem import FunctionSpace
 from ..core import compat
 from ..core.compat import Array
 from ..core.contact import Contact
-from ..core.convergence.convergence import cycle_length
 from ..core.discretization.ranks import sums_at
 from ..core.errors import ContactError, ConvergenceError, SetUpError, format_point
 from ..core.finding import placed
@@ -28,6 +27,7 @@ from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from .inverted import most_compressed
 from .lost_contact import far_on_springs, loose_bodies, unheld
+from .trouble import cycle_length
 
 # Errors that another way, or a smaller step, may cure
 FAILURES = (ConvergenceError, ContactError, PETSc.Error)

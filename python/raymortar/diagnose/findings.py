@@ -24,8 +24,8 @@ from ..setup.straight_facets import ALLOWED, CURVED, are_inside_flats
 from .failure import automatic_gamma, compared, corner_between, stiffness_ratios
 from .few_facets import NO_PRESSURE, FewFacets, approach, rounding_force
 from .inverted import inverted_cells
+from .lost_contact import passed_points
 from .narrow import forces_on_facets, jump
-from .passed_points import passed_points
 from .sliding import sliding_bodies
 
 # Depth of a pressed point, over the size of its slave facet. Multipliers close gaps in

@@ -13,7 +13,8 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..core.compat import Array, Mask
+from .. import _cpp
+from ..core.compat import Array, Indices, Mask
 from ..core.convergence.balance import EPS, largest_by
 from ..core.discretization.ranks import ends_of, index_among, of_all
 from ..core.discretization.surfaces import bodies_of_facets
@@ -22,7 +23,6 @@ from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import OppositePoints, ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
-from .passed_points import passed_points
 from .tools import have_gone_through
 
 # Value of a point's ``ray`` where the master is too deep, see `Contact.points`
@@ -370,3 +370,22 @@ def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     way = mine[:, :-1] - x
     gap = np.einsum("nd,nd->n", way, n)
     return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
+
+
+def passed_points(zone: ZoneData, comm: MPI.Comm) -> Indices:
+    """Find this rank's points that are too deep in the master for contact, or that a
+    rigid body has passed, by number. Collective."""
+    found = zone.cpp.penetrating_points()
+    if not zone.facets.bodies or not comm.allreduce(len(found)):
+        return found
+    # Some may be beside a body that is at the back of theirs
+    return zone.cpp.penetrating_points(_slave_as_solid(zone, comm))
+
+
+def _slave_as_solid(zone: ZoneData, comm: MPI.Comm) -> _cpp.Tool:
+    """Make a solid of the slave's facets on all ranks, where they are. Collective."""
+    surface = zone.facets.slave_surface
+    (x,) = of_all(comm, zone.cpp.slave_positions()[surface.facet_nodes])
+    nodes = np.arange(x.shape[0] * x.shape[1], dtype=np.int32)
+    shape = getattr(_cpp.Shape, surface.shape)
+    return _cpp.facet_tool(shape, surface.node_degree, x.ravel(), nodes)

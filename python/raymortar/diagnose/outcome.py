@@ -17,7 +17,7 @@ from ..core.errors import (
 from ..core.finding import Finding
 from ..core.interaction import Interaction
 from ..core.problem import CoupledProblem
-from ..core.target import LARGEST_TURN
+from ..rigid.turning import LARGEST_TURN
 from .failure import describe
 from .findings import DEEP, deepest_on_tools, findings
 from .lost_contact import lost_contact

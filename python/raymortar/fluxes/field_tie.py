@@ -10,7 +10,6 @@ from dolfinx.fem import Function
 
 from ..core import compat
 from ..core.compat import Array, Indices
-from ..core.discretization.checks import check_fields
 from ..core.discretization.facets import join
 from ..core.discretization.joined import Displacement, parts_of
 from ..core.errors import ContactError
@@ -18,6 +17,7 @@ from ..core.interface.pairs import Pair
 from ..core.options.methods import Penalty, Search
 from ..core.terms import Addition
 from ..facet_functions import function_on_facets
+from ..setup.arguments import check_fields
 from ..ties.tie import Tie
 from .flux_sides import TiedField
 from .flux_terms import FluxTerms, TiePart

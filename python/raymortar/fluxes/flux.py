@@ -12,7 +12,6 @@ from dolfinx.fem import Function
 from ..core import compat
 from ..core.compat import Array
 from ..core.contact import Contact
-from ..core.discretization.checks import check_fields
 from ..core.discretization.joined import Displacement, parts_of
 from ..core.errors import (
     ContactError,
@@ -22,6 +21,7 @@ from ..core.errors import (
     together,
 )
 from ..core.terms import Addition
+from ..setup.arguments import check_fields
 from .flux_law import FluxLaw
 from .flux_part import FluxPart
 from .flux_terms import FluxTerms

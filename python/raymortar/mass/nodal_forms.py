@@ -14,11 +14,11 @@ from ufl.algorithms import expand_derivatives
 
 from ..core import compat
 from ..core.compat import Array, Mask
-from ..core.discretization.forms import check_form
 from ..core.discretization.layout import CoupledRows
 from ..core.discretization.ranks import destroy
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, SetUpError, together
+from ..setup.forms import check_form
 from ..solvers.kept_forms import Inputs, inputs_of
 from .massless import coupled_matrix
 

@@ -8,8 +8,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ..core.convergence.convergence import is_in_trouble
 from ..core.errors import ConvergenceError, SetUpError
+from ..diagnose.trouble import is_in_trouble
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"

@@ -7,7 +7,17 @@ import numpy as np
 from .._cpp import rotation_matrix, turning
 from ..core.compat import Array
 
-__all__ = ["directions_across", "rotation_matrix", "rotation_vector", "turning"]
+__all__ = [
+    "LARGEST_TURN",
+    "directions_across",
+    "rotation_matrix",
+    "rotation_vector",
+    "turning",
+]
+
+# Largest rotation in one step with friction: after half a turn a slip has no direction.
+# Radians
+LARGEST_TURN = 0.5 * np.pi
 
 
 def rotation_vector(matrix: Array) -> Array:

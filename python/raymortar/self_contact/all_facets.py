@@ -13,10 +13,11 @@ from dolfinx.mesh import Mesh
 
 from ..core import compat
 from ..core.compat import Array, Indices
-from ..core.discretization.facets import Facets, Global, all_exterior_facets, check_tags
+from ..core.discretization.facets import Facets, Global, all_exterior_facets
 from ..core.discretization.ranks import index_among, of_all
 from ..core.discretization.surfaces import Bodies, find_bodies
 from ..core.discretization.tagged import Part
+from ..core.hooks import hooks
 
 # Coordinates of bodies that differ by less than this share of the model's size are the
 # same: nodes on round bodies that are alike need not be
@@ -32,7 +33,8 @@ def all_facets(
     place of their middle.
     """
     if facet_tags is not None:
-        check_tags(mesh, facet_tags)
+        for check in hooks.on_tags:
+            check(mesh, facet_tags, None, "")
     facets, _ = all_exterior_facets(mesh)
     tags = _tags(facets, facet_tags)
     bodies = find_bodies(u.function_space)

@@ -21,7 +21,6 @@ from ..core.discretization.facets import (
 from ..core.discretization.joined import NUMBERS_OF_PART, parts_of, places_of
 from ..core.discretization.ranks import index_among, largest, of_all
 from ..core.discretization.surfaces import bodies_of_facets, corner_ids, facet_lengths
-from ..core.discretization.thickness import Cells
 from ..core.errors import format_point, warn
 from ..core.interface.contact_surfaces import ContactSurfaces
 from ..core.interface.pairs import Pair, spoken
@@ -29,6 +28,7 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, global_masters
 from ..core.target import Target
 from .straight_facets import largest_sagitta
+from .thickness import Cells
 
 # Share of a facet's size, and of the thickness behind it, up to which meshes that should
 # touch may overlap by their noise

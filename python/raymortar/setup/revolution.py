@@ -10,8 +10,7 @@ from mpi4py import MPI
 import numpy as np
 from dolfinx.mesh import Mesh
 
-from ..core.discretization.checks import ON_AXIS, on_axis, size_of
-from ..core.discretization.facets import Facets, coordinates
+from ..core.discretization.facets import ON_AXIS, Facets, coordinates, on_axis, size_of
 from ..core.discretization.joined import parts_of
 from ..core.discretization.tagged import ZoneFacets
 from ..core.errors import (

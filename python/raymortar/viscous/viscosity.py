@@ -12,10 +12,10 @@ from petsc4py import PETSc
 import numpy as np
 import ufl
 from dolfinx import fem
+from dolfinx.mesh import Mesh
 
 from ..core import compat
 from ..core.compat import Array
-from ..core.discretization.checks import weight
 from ..core.problem import CoupledProblem
 from ..core.system.volume import Forms
 from ..core.terms import Term
@@ -47,7 +47,7 @@ class Viscosity(Term):
         J = problem.form_of_u[1]
         v, du = (compat.part_of(one, part.component) for one in J.arguments())
         k = self._scale * self._k
-        of_turn = weight(V.mesh) if problem.contact.system.axisymmetric else 1.0
+        of_turn = _circumference(V.mesh) if problem.contact.system.axisymmetric else 1.0
         force = ufl.inner(k * (part.u - self._start), v) * of_turn * ufl.dx
         tangent = ufl.inner(k * du, v) * of_turn * ufl.dx
         self._force = compat.form(force)
@@ -179,3 +179,8 @@ class Viscosity(Term):
         )
         size = np.maximum(of_body, viscous)
         return float((viscous[size > 0.0] / size[size > 0.0]).max(initial=0.0))
+
+
+def _circumference(mesh: Mesh) -> Any:
+    """2 pi r of the undeformed mesh, for forms of solids of revolution. Length."""
+    return 2.0 * np.pi * ufl.SpatialCoordinate(mesh)[0]

@@ -18,13 +18,10 @@ from dolfinx import fem
 from dolfinx import mesh as dmesh
 
 from raymortar.core import compat, errors
-from raymortar.core.discretization.checks import (
-    check_areas,
-    check_cells,
-    check_pair,
-    check_space,
-)
 from raymortar.core.discretization.facets import tagged_facets
+from raymortar.setup.arguments import check_space
+from raymortar.setup.facets import check_areas, check_cells
+from raymortar.setup.shared_vertices import check_pair
 
 pytestmark = pytest.mark.mpi
 

@@ -16,7 +16,6 @@ from boxes import (
     whole_boundary,
 )
 
-from raymortar.core.discretization.checks import check_areas, check_cells
 from raymortar.core.discretization.facets import (
     Facets,
     facet_node_table,
@@ -26,6 +25,7 @@ from raymortar.core.discretization.facets import (
     tagged_facets,
 )
 from raymortar.core.discretization.surfaces import build_surface
+from raymortar.setup.facets import check_areas, check_cells
 
 pytestmark = pytest.mark.mpi
 

@@ -7,8 +7,8 @@ from rotations import ROTATION
 
 from meshes.blocks import Block
 from meshes.meshing import assemble_blocks
-from raymortar.core.discretization import thickness
 from raymortar.core.discretization.facets import facet_corners, tagged_facets
+from raymortar.setup import thickness
 
 HEIGHTS = (0.2, 0.4, 1.0)
 ROUNDING = 1e-13

@@ -13,8 +13,8 @@ from problems import SOLVERS, build, fix, worst
 
 import raymortar
 from raymortar import ContactError, ConvergenceError, SNESSolver
-from raymortar.core.convergence.convergence import is_hopeless, is_in_trouble
 from raymortar.core.errors import SetUpError
+from raymortar.diagnose.trouble import is_hopeless, is_in_trouble
 from raymortar.paths.soft_start import with_line_search
 from raymortar.paths.strategy import FULL, SMALL_GAMMA, VISCOUS
 from raymortar.solvers import iterative

@@ -17,7 +17,7 @@ from raymortar import (
     LoadSteps,
     SNESSolver,
 )
-from raymortar.core.convergence.convergence import cycle_length
+from raymortar.diagnose.trouble import cycle_length
 
 MAX_ITERATIONS = 8
 

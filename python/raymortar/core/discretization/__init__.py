@@ -4,8 +4,8 @@
 - joined: several meshes as one
 - facets, tagged: tagged facets, turned outward
 - layout: the numbering of all unknowns
-- surfaces, checks: facets as the C++ code takes them, and facets that it refuses
-- forms, thickness: forms of both sides, thickness of bodies
+- surfaces: facets as the C++ code takes them
+- forms: forms of a problem, and what it solves for
 - slave_fields: fields on slave facets, from numbers, Functions or callables
 - ranks: what ranks exchange: boxes, marks at dofs
 """

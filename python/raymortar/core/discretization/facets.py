@@ -19,8 +19,8 @@ from dolfinx.mesh import Mesh
 
 from .. import compat
 from ..compat import Array, Indices, Mask
-from ..errors import ContactError, format_point, raise_everywhere, spoken_tag, together
-from .ranks import count_marks
+from ..errors import spoken_tag
+from ..hooks import hooks
 
 FACET_SHAPE = {
     "triangle": "interval",
@@ -33,6 +33,9 @@ N_CORNERS = {"interval": 2, "triangle": 3, "quadrilateral": 4}
 
 # Reference coordinates are O(1); nodes are at least 1/2 apart.
 MATCH_TOLERANCE = 1e-10
+
+# A radius below this share of the mesh's size counts as zero
+ON_AXIS = 1e-12
 
 
 def facet_nodes(shape: str, degree: int) -> Array:
@@ -253,50 +256,6 @@ def facets_of_mesh(mesh: Mesh, tag: int, facets: Indices) -> Facets:
     return Facets(tag, facets, cells.astype(np.int32), local_facets.astype(np.int32))
 
 
-def check_tags(mesh: Mesh, facet_tags: Any) -> None:
-    """Refuse what are no tags, and tags of another dimension or mesh. Collective."""
-    comm, tdim = mesh.comm, mesh.topology.dim
-    with together(comm):
-        if not all(hasattr(facet_tags, name) for name in ("dim", "indices", "values")):
-            raise ContactError(
-                f"facet_tags must be MeshTags, not {type(facet_tags).__name__}"
-            )
-        if facet_tags.dim != tdim - 1:
-            raise ContactError(
-                f"facet_tags are tags of entities of dimension {facet_tags.dim}; facets "
-                f"of this mesh have dimension {tdim - 1}"
-            )
-        if not compat.on_mesh(facet_tags, mesh):
-            raise ContactError("facet_tags are of another mesh than the displacement")
-
-
-def _check_tag(mesh: Mesh, facet_tags: Any, tag: int, spoken: str) -> None:
-    """Refuse an unknown tag. Collective."""
-    check_tags(mesh, facet_tags)
-    comm = mesh.comm
-    known = sorted(set().union(*comm.allgather(np.unique(facet_tags.values).tolist())))
-    message = f"no facet has the {spoken}; the tags that exist are {known}"
-    raise_everywhere(comm, None if tag in known else message)
-
-
-def _check_exterior(mesh: Mesh, interior: Indices, tag: int, spoken: str) -> None:
-    """Refuse the interior facets that carry the tag. Collective."""
-    tdim = mesh.topology.dim
-    found = midpoints(mesh, facets_of_mesh(mesh, tag, interior[:1]))
-    # A facet between two ranks is found by both
-    facet_map = mesh.topology.index_map(tdim - 1)
-    marked = count_marks(facet_map, interior)[: facet_map.size_local] > 0
-    count = mesh.comm.allreduce(int(marked.sum()))
-    with together(mesh.comm):
-        if len(found) > 0:
-            raise ContactError(
-                f"{count} facet(s) with the {spoken} lie inside the body, "
-                "between two cells, for example at "
-                f"{format_point(found[0], coordinates(mesh))}: contact needs boundary "
-                "facets, so the bodies must not share nodes"
-            )
-
-
 def all_exterior_facets(mesh: Mesh) -> tuple[Facets, Global]:
     """All exterior facets of this rank's cells, and their global numbers. Collective."""
     facets = facets_of_mesh(mesh, -1, compat.exterior_facets(mesh))
@@ -312,16 +271,28 @@ def tagged_facets(
     entities, a tag that does not occur, or facets inside the body.
     """
     spoken = f"{role} {spoken_tag(tag, name)}"
-    _check_tag(mesh, facet_tags, tag, spoken)
-    exterior, tdim = compat.exterior_facets(mesh), mesh.topology.dim
+    for check in hooks.on_tags:
+        check(mesh, facet_tags, tag, spoken)
     tagged = facet_tags.indices[facet_tags.values == tag]
-    # Without ghost cells a facet between two ranks has one local cell on each, so
-    # the number of local cells does not tell inside from outside.
-    others = np.setdiff1d(tagged, exterior)
-    links = compat.connectivity(mesh, tdim - 1, tdim)
-    owned = links.array < mesh.topology.index_map(tdim).size_local
-    before = np.concatenate([[0], np.cumsum(owned)])[links.offsets]
-    interior = others[before[others + 1] > before[others]]
-    _check_exterior(mesh, interior, tag, spoken)
-    found = facets_of_mesh(mesh, tag, np.intersect1d(tagged, exterior))
-    return replace(found, name=name)
+    exterior = np.intersect1d(tagged, compat.exterior_facets(mesh))
+    return replace(facets_of_mesh(mesh, tag, exterior), name=name)
+
+
+# Solids of revolution: coordinates are (r, z) of a half plane, about the axis r = 0
+
+
+def size_of(X: Array) -> float:
+    """Largest magnitude of a coordinate on this rank."""
+    return float(np.abs(X).max(initial=0.0))
+
+
+def on_axis(mesh: Mesh, facets: Facets) -> tuple[Mask, Array]:
+    """Find the facets on the axis, and the nodes of all."""
+    X = coordinates(mesh)
+    nodes = X[node_table(mesh, facets)]
+    return (nodes[:, :, 0] <= ON_AXIS * size_of(X)).all(axis=1), nodes
+
+
+def off_axis(mesh: Mesh, facets: Facets) -> Facets:
+    """Leave out facets on the axis."""
+    return facets.some(~on_axis(mesh, facets)[0])

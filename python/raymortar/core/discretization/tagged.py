@@ -13,8 +13,7 @@ import numpy as np
 from ..errors import ContactError, spoken_tag, together
 from ..hooks import hooks
 from ..target import Target
-from . import checks
-from .facets import Facets, join, tagged_facets
+from .facets import Facets, join, off_axis, tagged_facets
 from .joined import parts_of
 from .surfaces import Smooth, Surface, build_surface
 
@@ -116,8 +115,7 @@ def find_facets(
 
     The sides of a zone may share vertices or not. Names are by tag.
     """
-    tagged, gdim = Tagged(u, facet_tags, names), u.function_space.mesh.geometry.dim
-    zones = []
+    tagged, zones = Tagged(u, facet_tags, names), []
     for group in groups:
         slave_tag, given = group.slave, group.masters
         bodies = tuple(master for master in given if isinstance(master, Target))
@@ -125,26 +123,17 @@ def find_facets(
         b = a if bodies or slave_tag == ALL else tagged.mesh_of(given)
         slaves, labels = tagged.parts(u, a, slave_tag, axisymmetric)
         slave, masters = join(slaves) if slave_tag == ALL else slaves[0], [NO_FACETS]
-        for body in bodies:
-            if body.shape.gdim not in (None, gdim):
-                raise ContactError(
-                    f"the rigid {type(body.shape).__name__} that slave "
-                    f"{tagged.spoken(slave_tag)} meets is made for "
-                    f"{body.shape.gdim}D, the mesh is in {gdim}D"
-                )
         if group.meets_itself:
             masters = slaves
         elif not bodies:
             masters = [tagged.facets(b, tag, "master") for tag in given]
         for k, facets in ((a, slave), *((b, master) for master in masters)):
-            checks.check_areas(tagged.meshes[k], facets)
-            checks.check_cells(tagged.meshes[k], facets)
+            for check in hooks.on_facets:
+                check(tagged.meshes[k], facets)
         shares, tips = group.meets_itself, False
         for master in masters if a == b and not bodies and not shares else []:
-            if not may_share:
-                tips |= checks.check_pair(tagged.meshes[a], slave, master, may_crack)
-            elif checks.shared_vertices(tagged.meshes[a], slave, master)[0]:
-                shares = True
+            at = hooks.shared(tagged.meshes[a], slave, master, may_share, may_crack)
+            shares, tips = shares or at[0], tips or at[1]
         surface = _surface(u, tagged.meshes[a], slaves, a, axisymmetric, smooth)
         other = surface
         if not group.meets_itself:
@@ -152,15 +141,8 @@ def find_facets(
         sides = slave_tag, given, slave, masters, surface, other, join(masters)
         found = a, b, bodies, shares, labels, names, tips
         zones.append(ZoneFacets(*sides, *found))
-    for check in hooks.on_revolved if axisymmetric else ():
-        check(u, zones)
-    with together(tagged.comm):
-        if len({zone.slave_part for zone in zones}) > 1:
-            raise ContactError(
-                f"the slave {tagged.spoken(*(z.slave_tag for z in zones))} are on "
-                "different meshes: the multiplier has one, so swap slave and master of "
-                "some pairs"
-            )
+    for look in (*hooks.on_zones, *(hooks.on_revolved if axisymmetric else ())):
+        look(u, zones)
     return zones
 
 
@@ -180,7 +162,7 @@ class Tagged:
     """Facets by tag, of MeshTags on one mesh or of a list on several. Collective."""
 
     def __init__(self, u: Any, facet_tags: Any, names: Mapping[int, str]) -> None:
-        self._names = names
+        self.names = names
         self.meshes = [part.function_space.mesh for part in parts_of(u)]
         self.comm: MPI.Comm = self.meshes[0].comm
         n, is_list = len(self.meshes), isinstance(facet_tags, (list, tuple))
@@ -193,14 +175,8 @@ class Tagged:
 
     def facets(self, k: int, tag: int, role: str) -> Facets:
         """Facets with a tag on the k-th mesh, after checks."""
-        name = self._names.get(tag)
+        name = self.names.get(tag)
         return tagged_facets(self.meshes[k], self._tags[k], tag, role, name)
-
-    def spoken(self, *tags: Any) -> str:
-        """Tags for messages, with their names."""
-        if len(tags) > 1 and not any(tag in self._names for tag in tags):
-            return f"tags {list(tags)}"
-        return ", ".join(spoken_tag(tag, self._names.get(tag)) for tag in tags)
 
     def parts(
         self, u: Any, k: int, tag: int | str, axisymmetric: bool
@@ -214,36 +190,21 @@ class Tagged:
         assert hooks.all_facets is not None, "the core alone pairs tags only"
         sets, parts = hooks.all_facets(u, self.meshes[k], self._tags[k])
         if axisymmetric:
-            sets = [checks.off_axis(self.meshes[k], facets) for facets in sets]
+            sets = [off_axis(self.meshes[k], facets) for facets in sets]
         return sets, parts
 
     def mesh_of(self, tags: tuple[int | str, ...]) -> int:
         """Number of the mesh that has facets with given tags; 0 if none has."""
         if len(self.meshes) == 1:
             return 0
-        with together(self.comm):
-            if ALL in tags:
-                raise ContactError(
-                    "pairs='all' is for bodies on one mesh, and the displacement is on "
-                    f"{len(self.meshes)}: name the pairs, or join the meshes"
-                )
+        for look in hooks.on_meshes:
+            look(self, tags)
+        return next((k for k, some in enumerate(self.having(tags)) if some), 0)
+
+    def having(self, tags: Sequence[int | str]) -> list[set[int | str]]:
+        """Which of some tags each mesh has facets with."""
         here = [
             {tag for tag in tags if np.any(getattr(one, "values", []) == tag)}
             for one in self._tags
         ]
-        have = [set().union(*self.comm.allgather(found)) for found in here]
-        found = [k for k, some in enumerate(have) if some]
-        with together(self.comm):
-            for tag in tags:
-                if sum(tag in some for some in have) > 1:
-                    raise ContactError(
-                        f"facets with the {self.spoken(tag)} are on several meshes: use "
-                        "each tag number on one mesh only"
-                    )
-            if len(found) > 1:
-                raise ContactError(
-                    f"facets with the {self.spoken(*tags)} are on several meshes, and the "
-                    "masters of one slave have to be on one: make a Contact for each of "
-                    "these, and give NonlinearProblem the list of contacts"
-                )
-        return found[0] if found else 0
+        return [set().union(*self.comm.allgather(found)) for found in here]

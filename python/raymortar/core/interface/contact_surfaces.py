@@ -13,23 +13,15 @@ import numpy as np
 from dolfinx.fem import Function, FunctionSpace
 
 from .. import compat
-from ..discretization.checks import check_space
 from ..discretization.facets import Facets, coordinates, facet_dof_table, node_table
 from ..discretization.joined import parts_of
 from ..discretization.layout import Layout
 from ..discretization.ranks import ends_of, keep_communicator
 from ..discretization.surfaces import Bodies, facet_lengths, find_bodies
-from ..discretization.tagged import ALL, Group, ZoneFacets, find_facets
-from ..discretization.thickness import Cells
+from ..discretization.tagged import Group, ZoneFacets, find_facets
 from ..discretization.unknowns import Unknowns
-from ..errors import (
-    ContactError,
-    format_point,
-    require_agreement,
-    speak_on,
-    spoken_tag,
-    together,
-)
+from ..errors import ContactError, format_point, require_agreement, speak_on, together
+from ..hooks import hooks
 from ..options.methods import ContactOptions, Penalty
 from ..target import Target
 from .coefficients import Interfaces
@@ -172,9 +164,9 @@ def make_surfaces(given: Given) -> ContactSurfaces:
     free = free_bodies(facets, unknowns.comm)
     layout = Layout(unknowns, multiplier, slave_dofs, free)
     bodies = find_bodies(joined.function_space)
-    cells = [Cells(part.function_space.mesh) for part in parts_of(joined)]
+    behind = [hooks.behind(part.function_space.mesh) for part in parts_of(joined)]
     zones = [
-        create_zone(zone, layout, options, scalar, cells, bodies, tied)
+        create_zone(zone, layout, options, scalar, behind, bodies, tied)
         for zone in facets
     ]
     return ContactSurfaces(
@@ -233,14 +225,12 @@ def checked(
         options.check()
         known = known_names(names, unknowns.u.function_space.mesh.topology.dim - 1)
         each, groups = read_pairs(pairs, known)
-        meshes = len(unknowns.displacements)
-        _require_leader(groups, options, tied, names_by_tag(known), meshes)
-        _require_surfaces(groups, tied)
     require_agreement(mesh.comm, **vars(options), pairs=groups, names=each)
-    for part in unknowns.displacements:
-        check_space(part.u)
     table = PairTable(each, [known] * len(each))
-    return Given(unknowns, facet_tags, table, groups, options, tied)
+    given = Given(unknowns, facet_tags, table, groups, options, tied)
+    for check in hooks.on_arguments:
+        check(given)
+    return given
 
 
 def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
@@ -253,49 +243,3 @@ def free_bodies(facets: Sequence[ZoneFacets], comm: MPI.Comm) -> list[Target]:
             ends = ends_of(np.concatenate(sides), comm)
             body.freedom.lever = float(np.linalg.norm(np.ptp(ends, axis=0)))
     return list(found)
-
-
-def _require_surfaces(groups: Sequence[Group], tied: str | None) -> None:
-    """Raise for contact with a body that nothing can touch."""
-    for group in groups if tied is None else []:
-        for body in group.masters:
-            if isinstance(body, Target) and not body.has_surface:
-                raise ContactError(
-                    f"the rigid {body.name} is a Frame, which has no surface to touch: "
-                    "let a surface follow it by Tie(u, facet_tags, [(slave, body)])"
-                )
-
-
-def _require_leader(
-    groups: Sequence[Group],
-    options: ContactOptions,
-    tied: str | None,
-    names: Mapping[Any, str],
-    meshes: int,
-) -> None:
-    """Raise for a surface that meets itself, or has facets of another one, if the method
-    needs a slave."""
-    if tied is None and isinstance(options.method, Penalty):
-        return
-    for group in groups:
-        if not group.meets_itself:
-            if group.slave == ALL and len(groups) > 1:
-                raise ContactError(
-                    "pairs has slave 'all' beside others, whose facets it has too, and a "
-                    "multiplier is of one slave: give each its own Contact, "
-                    "NonlinearProblem(F, [one, other])"
-                )
-            continue
-        if group.slave == ALL:
-            raise ContactError(
-                "pairs has 'all', where each facet is slave and master, and a multiplier "
-                "needs one side that leads: take method=Penalty(), or ('all', tool) alone, "
-                "where the tool leads"
-            )
-        several = "use each tag number on one mesh only, or, if one surface is meant, "
-        raise ContactError(
-            f"{spoken_tag(group.slave, names.get(group.slave))} is slave and master of "
-            f"the same pair: {several if meshes > 1 else ''}split it into two tags that "
-            "share no vertex, of which the slave leads, or take method=Penalty(), which "
-            "needs no side that leads"
-        )

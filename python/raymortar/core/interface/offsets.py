@@ -1,32 +1,15 @@
-"""Lengths that are added to gaps: clearances, interferences, adjustments that make
-surfaces touch which their meshes hold apart, and tractions of an exact penalty."""
+"""Lengths that are added to gaps: clearances and interferences, and corrections."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-import numpy as np
-from dolfinx.fem import Function
-
-from .. import compat
-from ..compat import Array
-from ..discretization.facets import facet_nodes, shape_functions
-from ..discretization.joined import parts_of
-from ..discretization.ranks import largest
 from ..discretization.slave_fields import OFFSET, FieldValue, check_field, on_facets
-from ..discretization.thickness import Cells, thickness_behind
 from ..errors import require_agreement, together, warn
+from ..hooks import hooks
 from .contact_surfaces import ContactSurfaces
-from .point_results import nodal_average
-from .zone_data import ZoneData, mean_facet_size
 
-# Share of an interference that counts as rounding error
-_ROUNDING = 1e-6
-# Change of a gap, over the mean size of facets, from which on gaps are closed
-CLOSED_WITHIN = 1e-4
-# Gaps above this tell that no solver has repeated the solves of an accepted step
-OPEN_WITHIN = 1e-3
 # Solves of one step after the first one
 MOST_AUGMENTATIONS = 20
 
@@ -53,35 +36,11 @@ class Offsets:
         for zone, values in zip(self._zones, nodal):
             zone.offset = values
         self.value = offset
-        found = [self._excess_on(zone) for zone in self._zones]
-        before, self.excess = self.excess, "; ".join(filter(None, found)) or None
+        before, self.excess = self.excess, hooks.excess(self._surfaces)
         if self.excess is not None and before is None:
             warn(self.excess)
         for zone in self._zones:
             zone.send_offset()
-
-    def _excess_on(self, zone: ZoneData) -> str | None:
-        """Message on an interference for which no body is thick enough. Collective."""
-        facets, comm = zone.facets, self._surfaces.comm
-        assert zone.offset is not None
-        overlap = largest(comm, -zone.offset)
-        # A rigid tool has no thickness that counts
-        count, parts = 1 if facets.bodies else 2, parts_of(self._surfaces.u)
-        there = min(largest(comm, side) for side in zone.thickness[:count])
-        if there < overlap:
-            on = (facets.slave_part, facets.master_part)[:count]
-            cells = [Cells(parts[k].function_space.mesh) for k in on]
-            there = min(
-                largest(comm, thickness_behind(of, side, 2.0 * overlap))
-                for of, side in zip(cells, (facets.slave, facets.master))
-            )
-        if overlap <= there * (1.0 + _ROUNDING):
-            return None
-        return (
-            f"the argument offset makes an interference of {overlap:.4g} on "
-            f"{facets.spoken}, more than the {there:.4g} of body behind it. Give a "
-            "length in the unit of the mesh"
-        )
 
 
 # Corrections after a solve
@@ -94,70 +53,8 @@ class Correction(Protocol):
         """Change gaps by what a solve has found; None where both agree. Collective."""
 
 
-class Augmentation:
-    """Keeps accepted tractions of a penalty, over its coefficient [theory (4.32)].
-
-    They are lengths at the slave nodes, which are added to gaps.
-    """
-
-    def __init__(self, zones: Sequence[ZoneData], scalar: Any) -> None:
-        self._zones, self._comm = zones, zones[0].comm
-        self._values = Function(scalar, name="augmentation")
-        self._size, self._has_warned = mean_facet_size(zones), False
-
-    @property
-    def array(self) -> Array:
-        """Lengths at this rank's nodes."""
-        return self._values.x.array
-
-    def set(self, values: Array) -> None:
-        """Set the lengths, and add them to gaps."""
-        self.array[:] = values
-        degree = compat.element_info(self._values.function_space).degree
-        for zone in self._zones:
-            surface = zone.facets.slave_surface
-            at = facet_nodes(surface.shape, surface.displacement_degree)
-            N, _ = shape_functions(surface.shape, degree, at)
-            zone.augmentation = self.array[zone.result_table] @ N.T
-            zone.send_offset()
-
-    def renew(self) -> float | None:
-        """Take over the present tractions. Collective.
-
-        Returns the largest change of a gap over the size of facets, and changes nothing
-        where gaps are closed: then it returns None.
-        """
-        values, change = self._next()
-        if change <= CLOSED_WITHIN:
-            return None
-        self.set(values)
-        return change
-
-    def _next(self) -> tuple[Array, float]:
-        """Find the present tractions, and the change of a gap that they make."""
-        found = Function(self._values.function_space)
-        nodal_average(self._zones, lambda p: -p["pressure"] / p["gamma"], found)
-        # No point around the node has a hit
-        values = np.nan_to_num(found.x.array)
-        change = largest(self._comm, np.abs(values - self.array)) / self._size
-        return values, float(change)
-
-    def warn_of_gaps(self) -> None:
-        """Warn once where nobody has repeated the solves of an accepted step. Collective."""
-        if self._has_warned:
-            return
-        change = self._next()[1]
-        if change > OPEN_WITHIN:
-            self._has_warned = True
-            warn(
-                f"an exact penalty has left gaps of {change:.1e} of a facet: solvers of "
-                "raymortar alone repeat a solve until they close",
-                page="use",
-            )
-
-
 def augmented(parts: Sequence[Any]) -> float:
-    """Augment contacts with an exact penalty; 0 if all gaps are closed. Collective.
+    """Renew the corrections of contacts; 0 if all gaps agree with them. Collective.
 
     Returns the largest change of a gap over the size of facets.
     """

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ..discretization.tagged import ALL, Group
-from ..errors import ContactError, described, is_whole_number, spoken_tag
+from ..errors import ContactError, described, is_whole_number
+from ..hooks import hooks
 from ..target import Target, as_target
 
 
@@ -126,84 +127,25 @@ def read_pairs(pairs: Any, known: Mapping[str, Any]) -> tuple[list[Pair], list[G
     tagged = [
         (number(one), bodies[id(other)] or number(other)) for one, other in two_each
     ]
+    for check in hooks.on_pairs:
+        check(tagged, name_of)
     for one, other in tagged:
-        _check_tags(one, other)
-        slave, master = _plain(one), _plain(other)
+        slave, master = plain(one), plain(other)
         of_itself = slave == master
         masters = groups.setdefault((slave, of_itself), [])
-        _check_order(slave, master, groups, name_of)
         if master not in masters:
             masters.append(master)
             name = other.name if isinstance(other, Target) else name_of.get(master)
             surface = list(groups).index((slave, of_itself))
             found.append(Pair(slave, master, name_of.get(slave), name, surface, ""))
-    _check_beside_all(found)
     return labelled(found), [
         Group(slave, tuple(each)) for (slave, _), each in groups.items()
     ]
 
 
-def _plain(tag: Any) -> Any:
+def plain(tag: Any) -> Any:
     """Python's own number of a tag."""
     return tag if isinstance(tag, (str, Target)) else int(tag)
-
-
-def _check_tags(slave: Any, master: Any) -> None:
-    """Raise unless both sides are tags, or the master a rigid body."""
-    if as_target(slave) is not None:
-        raise ContactError(
-            f"{slave!r} is the slave of a pair: a rigid shape has no facets to "
-            "integrate over, so it can be a master only"
-        )
-    for tag in (slave, master):
-        if isinstance(tag, type) and ".rigid" in tag.__module__:
-            raise ContactError(
-                f"pairs has the class rigid.{tag.__name__}, not a shape made of it, as "
-                f"rigid.{tag.__name__}(...)"
-            )
-        if not (is_whole_number(tag) or isinstance(tag, (Target, str))):
-            raise ContactError(f"pairs has the tag {tag!r}, which is no whole number")
-    if ALL in [tag for tag in (slave, master) if isinstance(tag, str)]:
-        others = [tag for tag in (slave, master) if is_whole_number(tag)]
-        if others:
-            raise ContactError(
-                f"pairs has 'all' with tag {others[0]}: all facets, that tag's among "
-                "them, meet each other by pairs='all'"
-            )
-
-
-def _check_order(
-    slave: Any,
-    master: Any,
-    groups: Mapping[tuple[Any, bool], list[Any]],
-    names: Mapping[Any, str],
-) -> None:
-    """Raise for a pair that cannot be beside the earlier ones."""
-    if slave in groups.get((master, False), []):
-        both = [names.get(tag, tag) for tag in (master, slave)]
-        raise ContactError(
-            f"pair ({', '.join(map(str, both))}) is given in both orders: their contact "
-            "would be counted twice"
-        )
-    others = groups[slave, slave == master]
-    if any(isinstance(m, Target) != isinstance(master, Target) for m in others):
-        raise ContactError(
-            f"slave {spoken_tag(slave, names.get(slave))} has masters with tags and "
-            "rigid ones: give each kind its own Contact, NonlinearProblem(F, "
-            "[one, other])"
-        )
-
-
-def _check_beside_all(pairs: Sequence[Pair]) -> None:
-    """Raise for a pair that is one of those of all facets."""
-    masters = [pair.master for pair in pairs if pair.slave == ALL]
-    for pair in pairs:
-        meshed = not isinstance(pair.master, Target) and ALL in masters
-        if pair.slave != ALL and (meshed or pair.master in masters):
-            raise ContactError(
-                f"pair {pair} is one of those of 'all': its contact would be counted "
-                "twice; leave it out, or name all pairs"
-            )
 
 
 def as_label(name: str) -> str:

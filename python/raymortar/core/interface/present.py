@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 from weakref import WeakValueDictionary
@@ -11,19 +12,13 @@ import numpy as np
 from dolfinx.fem import Function
 
 from ..compat import Array
-from ..errors import (
-    ContactError,
-    positive,
-    raise_everywhere,
-    require_agreement,
-    together,
-)
+from ..errors import ContactError, positive, require_agreement, together
 from ..hooks import hooks
 from ..options.methods import ContactOptions, Penalty
 from ..state import Owner, Quantity, common, of_array, of_function
-from ..target import Target, require_same_loads
+from ..target import Target
 from .contact_surfaces import ContactSurfaces
-from .offsets import Augmentation, Correction
+from .offsets import Correction
 from .point_results import CLOSED, nodal_average, nodes, set_at_nodes
 from .slave_nodes import Cover
 from .unfelt import UnfeltParts
@@ -31,7 +26,15 @@ from .zone_data import SpringPoints, ZoneData, on_sides, opposite_points
 
 
 class Follower(Owner):
-    """Follows the steps of a contact, with arrays of the state that it has."""
+    """Follows the steps of a contact, with arrays of the state that it has.
+
+    Attributes
+    ----------
+    is_added
+        Whether states may be older than it, and be without its arrays.
+    """
+
+    is_added: bool = True
 
     def bring(self) -> None:
         """Bring the contact up to date with these before it is paired. Collective."""
@@ -81,9 +84,10 @@ class PresentState:
         # Corrections change gaps after a solve, which is then repeated
         self.corrections: list[Correction] = []
         self._followers: WeakValueDictionary[int, Follower] = WeakValueDictionary()
-        self._augmentation: Augmentation | None = None
         if isinstance(options.method, Penalty) and options.method.exact:
-            self._augmentation = Augmentation(self._zones, surfaces.scalar)
+            assert hooks.exact is not None, "penalties of the core alone are not exact"
+            self.follow(correction := hooks.exact(surfaces))
+            self.corrections.append(correction)
         self.u_old = self._u.x.array.copy()
         self.unfelt = UnfeltParts(surfaces)
         self._is_sent = False
@@ -155,16 +159,10 @@ class PresentState:
     # Updates
 
     def check_loads(self) -> None:
-        """Raise for rigid bodies that differ between ranks or cannot be where they are.
-        Collective."""
+        """Raise for rigid bodies that cannot be where they are. Collective."""
         for zone in self._zones:
-            bodies = zone.facets.bodies
-            if self._surfaces.axisymmetric and bodies:
-                for check in hooks.on_revolved_tools:
-                    check(bodies, self._comm)
-            require_same_loads(bodies, self._comm)
-            if self.has_friction:
-                raise_everywhere(self._comm, zone.motions.turned_too_far())
+            for check in hooks.on_tools if zone.facets.bodies else ():
+                check(zone, self.has_friction)
 
     def begin_update(self) -> None:
         """Send the history to the zones if it has changed."""
@@ -209,8 +207,6 @@ class PresentState:
         self._unknowns.pull()  # each contact has a displacement of its own
         for one in self.followers:
             one.step_accepted()
-        if self._augmentation is not None and self.updates:
-            self._augmentation.warn_of_gaps()
         self.u_old[:] = self._u.x.array
         self.unfelt.accept()
         self.steps += 1
@@ -246,10 +242,9 @@ class PresentState:
     def augment(self) -> float | None:
         """Change gaps by what a solve has found, for the next one. Collective.
 
-        Returns None where nothing is to be solved again, see `Augmentation.renew`.
+        Returns None where nothing is to be solved again, see `Correction.renew`.
         """
-        own = [] if self._augmentation is None else [self._augmentation]
-        changes = [one.renew() for one in (*own, *self.corrections)]
+        changes = [one.renew() for one in self.corrections]
         found = [change for change in changes if change is not None]
         if not found:
             return None
@@ -273,7 +268,6 @@ class PresentState:
     def quantities(self, number: int, first: int) -> Iterator[Quantity]:
         """Yield the arrays of the accepted step that only this contact has, in its
         numbers: of the contact and of its first zone."""
-        scalar = self._surfaces.scalar
         is_curved = any(side.arcs is not None for z in self._zones for side in z.sides)
         zones = np.zeros(len(self._zones))
         yield Quantity(f"slave surfaces {number}", lambda: zones, lambda _: None)
@@ -289,14 +283,12 @@ class PresentState:
                 )
         if self._slip is not None:
             yield of_function(f"slip {number}", self._slip, may_lack=True)
-        if self._augmentation is not None:
-            of = partial(getattr, self._augmentation, "array"), self._augmentation.set
-            yield Quantity(f"augmentation {number}", *of, scalar)
         for k, zone in enumerate(self._zones, first):
             yield from self._of_zone(zone, k)
         for follower in self.followers:
-            for of_other in follower.quantities():
-                yield of_other.added(f"{of_other.name} {number}")
+            for one in follower.quantities():
+                name = f"{one.name} {number}"
+                yield one.added(name) if follower.is_added else replace(one, name=name)
 
     def _of_zone(self, zone: ZoneData, k: int) -> Iterator[Quantity]:
         """Yield what springs hold and where tools were."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from mpi4py import MPI
@@ -12,12 +12,11 @@ import numpy as np
 from ... import _cpp
 from .. import compat
 from ..compat import Array
-from ..discretization.facets import facet_dof_table
+from ..discretization.facets import Facets, facet_dof_table
 from ..discretization.layout import Layout
 from ..discretization.ranks import largest
 from ..discretization.surfaces import Bodies, Surface, bodies_of_facets
 from ..discretization.tagged import ZoneFacets
-from ..discretization.thickness import Cells, thickness_behind
 from ..hooks import hooks
 from ..options.methods import ContactOptions, Search
 from ..target import Motions
@@ -67,14 +66,14 @@ def create_zone(
     layout: Layout,
     options: ContactOptions,
     result_space: Any,
-    cells: Sequence[Cells],
+    behind: Sequence[Callable[[Facets, float], Array]],
     bodies: Bodies,
     tied: str | None = None,
 ) -> ZoneData:
     """Make the C++ zone of some facets. Collective.
 
     Results are in a scalar space of the multiplier's degree. A tie is tied, ``"keep"``
-    or ``"close"``: what becomes of its gaps. Cells are those of each mesh.
+    or ``"close"``: what becomes of its gaps. `behind` is `Hooks.behind` of each mesh.
     """
     comm, search, friction = layout.comm, options.search, options.friction
     surface = zone.slave_surface
@@ -82,13 +81,10 @@ def create_zone(
     distances = _distances(search, slave, comm)
     # With this thickness of both bodies, no depth is limited
     most = 2.0 * largest(comm, distances["depth"])
-    behind = thickness_behind(cells[zone.slave_part], zone.slave, most)
-    thickness = (
-        behind,
-        behind
-        if zone.meets_itself
-        else thickness_behind(cells[zone.master_part], zone.master, most),
-    )
+    of_slave = of_master = behind[zone.slave_part](zone.slave, most)
+    if not zone.meets_itself:
+        of_master = behind[zone.master_part](zone.master, most)
+    thickness = of_slave, of_master
     for side, length in zip((slave, master), thickness):
         side.set_thickness(length)
     multipliers, nodes = _cpp.Multipliers(), np.empty(0, dtype=np.int32)

@@ -18,16 +18,11 @@ from ..compat import Array, Mask
 from ..errors import ContactError, together
 from ..gamma.probing import VolumePattern
 from ..gamma.stiffness import contact_stiffness, shear_moduli
+from ..hooks import hooks
 from ..interface.coefficients import PairCoefficients, one_or_each, spread
 from ..interface.contact_surfaces import ContactSurfaces
 from ..interface.present import PresentState
-from ..interface.slave_nodes import (
-    crack_tips,
-    crossing,
-    held_slaves,
-    refuse_held,
-    refuse_held_on_tools,
-)
+from ..interface.slave_nodes import crack_tips, crossing, held_slaves
 from ..interface.zone_data import mean_facet_size, on_sides
 from ..options.methods import AugmentedLagrangian, Penalty
 
@@ -301,7 +296,9 @@ class ContactAssembly:
             return found
         if self.volume is not None:
             found.shear_moduli = shear_moduli(surfaces, self.volume, bcs)
-        refuse_held_on_tools(surfaces, found.u)
+        if any(zone.facets.bodies for zone in surfaces.zones):
+            for look in hooks.on_prescribed:
+                look(surfaces, found.u)
         found.some_held, some_nodes = held_slaves(surfaces, found.u)
         if any(zone.facets.has_tips for zone in surfaces.zones):
             found.held, some_nodes = u | crack_tips(surfaces), True
@@ -342,4 +339,5 @@ class ContactAssembly:
         unfelt = self.present.unfelt.normals
         some_held = self._prescribed is not None and self._prescribed.some_held
         if some_held or unfelt is not None:
-            refuse_held(self.surfaces, unfelt)
+            for check in hooks.on_held:
+                check(self.surfaces, unfelt)

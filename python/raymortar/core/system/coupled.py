@@ -14,7 +14,7 @@ import numpy as np
 from ... import _cpp
 from .. import compat
 from ..compat import Array
-from ..discretization.forms import check_compiled, list_of_conditions
+from ..discretization.forms import list_of_conditions
 from ..discretization.ranks import free_dropped
 from ..discretization.unknowns import Unknowns
 from ..errors import ContactError, raise_everywhere, require_agreement, together
@@ -65,7 +65,8 @@ class CoupledSystem(CoupledIterates):
         The volume, which `belong_to` takes.
         """
         with together(self.comm):
-            check_compiled(a, self.unknowns)
+            for check in hooks.on_compiled:
+                check(a, self.unknowns)
         for part in self.parts:
             if part.unknowns.spaces is None:
                 part.unknowns.spaces = [compat.test_space(a)]

@@ -1,4 +1,4 @@
-"""Inertia that a user has put into the forms."""
+"""A problem that has been made: pairs that its contacts share, inertia in its forms."""
 
 from __future__ import annotations
 
@@ -17,6 +17,26 @@ _MESSAGE = (
     "F looks as if it had inertia: over cells it has {u} and {other}, neither "
     "differentiated. If so, give it to dynamics.Inertia instead"
 )
+
+
+def warn_of_shared_pairs(problem: CoupledProblem) -> None:
+    """Say where several multipliers stand for the traction of one pair."""
+    contacts = problem.contact.contacts
+    known: dict[frozenset[Any], int] = {}
+    for i, contact in enumerate(contacts):
+        if contact.assembly.surfaces.multiplier is None:
+            continue
+        for pair in contact.pairs:
+            sides = frozenset((pair.slave, pair.master))
+            if sides in known:
+                slave = contact.zones[pair.surface].facets.spoken
+                other = pair.master_name or pair.master
+                warn(
+                    f"contact[{known[sides]}] and contact[{i}] both have multipliers "
+                    f"on {slave} and master {other}: only their sum "
+                    "is determined. Give the pair to one of them, or one a Penalty",
+                )
+            known[sides] = i
 
 
 def warn_of_inertia(problem: CoupledProblem) -> None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from dolfinx.mesh import Mesh
 
-from .. import compat
-from ..compat import Array, Indices, Mask
-from .facets import (
+from ..core import compat
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.facets import (
     FACET_SHAPE,
     Facets,
     coordinates,
@@ -21,7 +23,7 @@ from .facets import (
     points_inward,
     units,
 )
-from .ranks import index_among, of_all
+from ..core.discretization.ranks import index_among, of_all
 
 # A ray stops after this many cells: the body is thicker than its length
 MOST_CELLS = 64
@@ -161,3 +163,8 @@ def thickness_behind(cells: Cells, facets: Facets, most: float) -> Array:
     result = np.full(len(facets.cells), most)
     result[home["number"]] = np.minimum(home["length"], most)
     return result
+
+
+def behind(mesh: Mesh) -> Callable[[Facets, float], Array]:
+    """`thickness_behind` in the cells of a mesh, which are gathered once. Collective."""
+    return partial(thickness_behind, Cells(mesh))
