@@ -156,6 +156,7 @@ hooks.on_first_pairs.append(_floor("setup.straight_facets.look_at_straight_facet
 hooks.on_accept.append(_floor("setup.straight_facets.warn_of_turned_arcs"))
 hooks.keeper = _floor("solvers.kept_forms.keeper")
 hooks.linear_solver = _floor("solvers.automatic.suited_to_size")
+hooks.own_assembly = _floor("own_assembly.assembly.OwnAssembly")
 hooks.results = _floor("results.nodal_fields.results_of")
 hooks.reactions = _floor("results.reactions.reactions")
 hooks.adjust = _floor("setup.adjustment.adjust")

@@ -84,6 +84,9 @@ class Hooks:
     constrain
         Makes the reduction of a problem's equations by constraints, given these, the
         system and Dirichlet conditions; None: a problem takes none.
+    own_assembly
+        Adds a contact, or several, to matrices and vectors that a user assembles; None:
+        problems alone have contact.
     results, reactions
         Makes the results of a contact, or of several in one problem; finds the forces of
         a problem's supports by name. None: no results.
@@ -110,6 +113,7 @@ class Hooks:
     free_bodies: Callable[[Any], Any] | None = None
     bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None
+    own_assembly: Callable[[Any], Any] | None = None
     results: Callable[[Any], Any] | None = None
     reactions: Callable[[Any, Any], dict[str, Any]] | None = None
 

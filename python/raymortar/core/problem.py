@@ -174,7 +174,7 @@ class CoupledProblem:
         """Matrix with room for the tangent. Collective."""
         self.contact.system.use_volume(self._pattern)
         is_first = not self.contact.system.preallocations
-        A = self.contact.system.create_matrix(self.a)
+        A = self.contact.system.create_matrix()
         if is_first:
             for call in hooks.on_setup:
                 call(self)
@@ -209,7 +209,7 @@ class CoupledProblem:
         if self.contact.system.layout.bodies:
             self.contact.system.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
-        self.contact.to_vector(x)
+        self.contact.system.to_vector(x)
         if self.constraints is not None:
             self.constraints.apply(x)
         return x
@@ -371,7 +371,7 @@ class CoupledProblem:
         to add, (n,). Collective."""
         rows = self.forces_of_bodies()
         b = self.create_vector()
-        self.contact.system.assemble_vector(b)
+        self.contact.system.add_residual(b)
         rows += b.getArray(readonly=True)[: self.contact.system.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]

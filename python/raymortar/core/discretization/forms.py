@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, combinations, product
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -67,32 +67,6 @@ def list_of_conditions(bcs: Any) -> list[Any]:
         raise ContactError(
             f"bcs must be a list of Dirichlet conditions, not {type(bcs).__name__}"
         ) from None
-
-
-def check_compiled(a: Any, unknowns: Unknowns) -> None:
-    """Raise unless `a` is a compiled bilinear form on the space of the displacement, or
-    on a mixed one that has it; for several unknowns a table of forms."""
-    count = len(unknowns.functions)
-    if count > 1 and not _is_table(a, count):
-        raise ContactError(f"a must be {count} lists of {count} forms each")
-    forms = [a] if count == 1 else [one for one in chain(*a) if one is not None]
-    for one in forms:
-        rank = compat.compiled_rank(one)
-        if rank != 2:
-            found = type(one).__name__ if rank is None else f"a form of rank {rank}"
-            raise ContactError(
-                f"a must be a compiled bilinear form (dolfinx.fem.form), not {found}"
-            )
-    for d in unknowns.displacements:
-        block = a if count == 1 else a[d.at][d.at]
-        spaces = [] if block is None else compat.compiled_spaces(block)
-        own = d.given.function_space
-        if not all(compat.contains(V, own) or compat.is_like(V, own) for V in spaces):
-            raise ContactError(
-                f"a has a test or trial function in another space than the displacement "
-                f"{d.given.name} that Contact was given, or the mixed Function that it "
-                "is a part of"
-            )
 
 
 # Unknowns
@@ -182,7 +156,7 @@ def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Funct
         raise ContactError(unknowns.absence(u))
     if J is None:
         return list(u)
-    if not _is_table(J, len(u)):
+    if not is_table(J, len(u)):
         raise ContactError(
             f"J must be {len(u)} lists of {len(u)} forms, by test and trial space, None "
             "for zero"
@@ -195,7 +169,7 @@ def _several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> list[Funct
     return list(u)
 
 
-def _is_table(given: Any, n: int) -> bool:
+def is_table(given: Any, n: int) -> bool:
     """Whether forms are n lists of n."""
     lists = [given, *given] if isinstance(given, (list, tuple)) else [given]
     return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)

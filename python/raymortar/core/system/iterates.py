@@ -209,14 +209,6 @@ class CoupledIterates:
         """Copy from the functions, see `Contact.to_vector`."""
         self.layout.to_vector(x, self.scales)
 
-    def from_vector(self, x: PETSc.Vec) -> None:
-        """Copy to the functions, see `Contact.from_vector`. Collective."""
-        with x.localForm() as local:
-            has_ghosts = bool(local)
-        if has_ghosts:
-            x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
-        self.layout.from_vector(x, self.scales)
-
     # Residual
 
     def constrained(self, bcs: Sequence[Any]) -> Mask:
