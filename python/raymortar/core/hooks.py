@@ -26,6 +26,11 @@ def require_convergence(problem: Any, converged: bool, reason: str) -> None:
         raise_everywhere(problem.comm, text, ConvergenceError)
 
 
+def number_groups(system: Any, groups: Any) -> list[str]:
+    """Name groups of rows by their numbers."""
+    return [f"group {k}" for k in range(groups.count)]
+
+
 @dataclass
 class Hooks:
     """Functions that floors put in the place of the core's, or beside them.
@@ -61,8 +66,19 @@ class Hooks:
         pattern and the residual in UFL, which returns None where the tangent is not
         constant; None: tangents are assembled anew.
     linear_solver
-        Chooses the linear solver of a problem, with or without SNES: its PETSc options
-        and its name; None: the direct solver.
+        Chooses the PETSc options of the linear solver of a problem, from those that the
+        user has given, their prefix, and whether they are of SNES; None: the direct solver.
+    options
+        Makes a solver's `PetscOptions`, from prefix, options, and names of the user's;
+        None: plain ones.
+    on_solver
+        Called with a KSP whose options have been read, the problem, the factors of its
+        rows, and a list of errors to raise after a solve.
+    on_setting, on_solve
+        Called with a solver and the name of an attribute that is set; and, before a solve,
+        with the problem and what the user calls its unknowns.
+    reason
+        Puts PETSc's reason for the end of a solve in words.
     as_target
         Makes a `Target` of what may be the master of a pair in place of a tag, and leaves
         all else as it is; None: a pair has tags and targets alone.
@@ -84,9 +100,15 @@ class Hooks:
     constrain
         Makes the reduction of a problem's equations by constraints, given these, the
         system and Dirichlet conditions; None: a problem takes none.
+    several
+        Makes one `Interaction` of two or more contacts; None: a problem has one contact.
     own_assembly
         Adds a contact, or several, to matrices and vectors that a user assembles; None:
         problems alone have contact.
+    names
+        Names the groups of rows of a coupled system, for messages.
+    moved
+        Finds an attribute of a contact that is none any more, or raises an error.
     results, reactions
         Makes the results of a contact, or of several in one problem; finds the forces of
         a problem's supports by name. None: no results.
@@ -104,7 +126,12 @@ class Hooks:
     on_first_pairs: list[Callable[[Any], None]] = field(default_factory=list)
     on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
-    linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    linear_solver: Callable[[Any, Any, str, bool], dict[str, Any]] | None = None
+    options: Callable[[str, Any, Any], Any] | None = None
+    on_solver: list[Callable[[Any, Any, Any, Any], None]] = field(default_factory=list)
+    on_setting: list[Callable[[Any, str], None]] = field(default_factory=list)
+    on_solve: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    reason: Callable[[int], str] = "SNES reason {}".format
     as_target: Callable[[Any], Any] | None = None
     all_facets: Callable[[Any, Any, Any], Any] | None = None
     never_meet: Callable[[Any, Any, Any], Any] | None = None
@@ -113,7 +140,10 @@ class Hooks:
     free_bodies: Callable[[Any], Any] | None = None
     bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None
+    several: Callable[[Any], Any] | None = None
     own_assembly: Callable[[Any], Any] | None = None
+    names: Callable[[Any, Any], list[str]] = number_groups
+    moved: Callable[[Any, str], Any] = object.__getattribute__
     results: Callable[[Any], Any] | None = None
     reactions: Callable[[Any, Any], dict[str, Any]] | None = None
 

@@ -1,8 +1,7 @@
-"""The base of one contact and of several in one problem."""
+"""The base of one contact, and of several in one problem."""
 
 from __future__ import annotations
 
-import warnings
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -13,31 +12,13 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .compat import Array
-from .discretization.layout import CoupledRows, Layout
+from .discretization.layout import CoupledRows
 from .errors import require_agreement
 from .hooks import hooks
 from .interface.pairs import Pair, PairTable
 from .state import State
 from .states import States
 from .system.coupled import CoupledSystem
-
-# Names that have moved, with the attribute that has them now
-_MOVED = {
-    name: owner
-    for owner, names in {
-        "system": "add_tangent assemble_residual axisymmetric bodies constrained cpp "
-        "extend_room free_bodies own_couplings preallocations prepare require_mesh "
-        "revision set_groups solve_for stiffness_diagonal take "
-        "translation_forces updates use_volume",
-        "states": "changing extrapolate go_back owners quantities u_of u_old values_of",
-        "results": "accumulated_slip coverage meetings of_pair parts_of_all resultant_on "
-        "resultants to_nodes write_segments",
-        "surfaces": "interfaces slave_u",
-        "assembly": "gamma_scale",
-        "offsets": "excess",
-    }.items()
-    for name in names.split()
-}
 
 
 class Interaction:
@@ -65,16 +46,7 @@ class Interaction:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            owner = _MOVED.get(name)
-            if owner is None:
-                kind = type(self).__name__
-                raise AttributeError(f"{kind!r} object has no attribute {name!r}")
-            warnings.warn(
-                f"contact.{name} has moved: use contact.{owner}.{name}",
-                DeprecationWarning,
-                stacklevel=2,
-            )
-            return getattr(getattr(self, owner), name)
+            return hooks.moved(self, name)
 
     @property
     @abstractmethod
@@ -91,7 +63,7 @@ class Interaction:
         return self.pair_table.pairs
 
     @property
-    def layout(self) -> Layout | CoupledRows:
+    def layout(self) -> CoupledRows:
         """Rows of the unknowns: [forms | multipliers of each contact], rank by rank."""
         return self.system.layout
 

@@ -52,7 +52,7 @@ def warn_of_plane_form(system: CoupledSystem, bcs: Sequence[Any]) -> None:
     if not system.axisymmetric:
         return
     # Forces when all radii grow by 1, and the stiffness, at this rank's dofs
-    forces, diagonal = system.translation_forces[0], system.stiffness_diagonal
+    forces, diagonal = system.volume.translation[0], system.stiffness_diagonal
     sums = np.array([forces @ forces, diagonal @ diagonal])
     hoops, stiffness = np.sqrt(system.comm.allreduce(sums))
     if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:

@@ -228,7 +228,7 @@ def test_springs_of_a_stepped_path_on_the_diagonal_are_seen():
         solver.correct(b, dx)
     rest = b.duplicate()
     solver.A.mult(dx, rest)
-    rest.pointwiseDivide(rest, solver._scale)
+    rest.pointwiseDivide(rest, solver.scale)
     rest.axpy(-1.0, b)
     assert rest.norm() <= 1e-12 * b.norm()
 
