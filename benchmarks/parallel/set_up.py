@@ -32,9 +32,9 @@ from rows import write_row
 from run import environment
 
 import raymortar
-from raymortar.core.solvers.linear import inexact
 from raymortar.solvers import elimination
 from raymortar.solvers.automatic import with_fallback
+from raymortar.solvers.linear import inexact
 
 COMM = MPI.COMM_WORLD
 # Cell, degree and level: 40,000, 280,000 and 1.2 million unknowns

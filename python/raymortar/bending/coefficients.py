@@ -76,7 +76,8 @@ def softer(
     """Find what the coefficient of a law at nodes would be, for each contact whose law at
     points has a multiplier; else None, as for ties and for forms without stiffness.
     Traction per length. Collective."""
-    volume = system.volume_alone()
+    form = system.volume.form
+    volume = VolumePattern(form, system.layout, system.axisymmetric, strains=False)
     bending = Bending(system, volume, bcs)
     try:
         return [_softer(part, bending) for part in system.parts]

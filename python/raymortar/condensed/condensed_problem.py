@@ -222,7 +222,7 @@ class CondensedProblem:
 
     def _present(self) -> Array:
         """Owned multipliers that the contact has at present."""
-        self.contact.to_vector(self._x)
+        self.contact.system.to_vector(self._x)
         return self._x.array_r[self._n :].copy()
 
     def _show(self, x: Array, lam: Array) -> None:

@@ -4,7 +4,7 @@ It imports nothing of the package but itself and the compiled part. Floors besid
 as ``results`` or ``paths``, extend it by terms, targets and hooks. In the order in which
 to read it:
 
-- contact, interaction, interactions: `Contact`, and several as one
+- contact, interaction: `Contact`, and its base
 - options: choices of the user
 - discretization: meshes, tagged facets and unknowns of DOLFINx
 - interface: one slave and its masters; gamma: coefficients from the volume's matrix

@@ -13,7 +13,6 @@ from .discretization.surfaces import Smooth
 from .errors import ContactError, of_type
 from .hooks import hooks
 from .interaction import Interaction
-from .interactions import Interactions
 from .interface.coefficients import PairCoefficients
 from .interface.contact_surfaces import ContactSurfaces, checked, make_surfaces
 from .interface.offsets import Offsets
@@ -379,7 +378,7 @@ class Contact(Interaction):
         return float(self.results.stored_energy(part))
 
 
-def one_or_several(given: Any) -> Contact | Interactions:
+def one_or_several(given: Any) -> Interaction:
     """A contact as it is, a list of several as one object. Collective."""
     if isinstance(given, Contact):
         return given
@@ -392,4 +391,7 @@ def one_or_several(given: Any) -> Contact | Interactions:
         raise ContactError("contact is an empty list: give at least one Contact")
     for i, contact in enumerate(given):
         of_type(f"contact[{i}]", contact, Contact, "a Contact")
-    return given[0] if len(given) == 1 else Interactions(given)
+    if len(given) == 1:
+        return given[0]
+    assert hooks.several is not None, "a problem of the core alone has one contact"
+    return hooks.several(given)

@@ -33,6 +33,11 @@ def all_thick(mesh: Any) -> Callable[[Any, float], Any]:
     return lambda facets, most: np.full(len(facets.cells), most)
 
 
+def number_groups(system: Any, groups: Any) -> list[str]:
+    """Name groups of rows by their numbers."""
+    return [f"group {k}" for k in range(groups.count)]
+
+
 @dataclass
 class Hooks:
     """Functions that floors put in the place of the core's, or beside them.
@@ -64,9 +69,8 @@ class Hooks:
         Called with the surfaces of a contact that meets rigid bodies, and which dofs of
         the displacement are prescribed; and with surfaces of which some facet has no free
         dof, or some node none along the normal, and these nodes, None for none.
-    on_forms, on_compiled
-        Called with residual, Jacobian and unknowns as they were given, and `Unknowns`;
-        and with a compiled bilinear form, or a table of them, and `Unknowns`.
+    on_forms
+        Called with residual, Jacobian and unknowns as they were given, and `Unknowns`.
     on_made
         Called with a problem that has been made.
     on_volume
@@ -89,8 +93,19 @@ class Hooks:
         pattern and the residual in UFL, which returns None where the tangent is not
         constant; None: tangents are assembled anew.
     linear_solver
-        Chooses the linear solver of a problem, with or without SNES: its PETSc options
-        and its name; None: the direct solver.
+        Chooses the PETSc options of the linear solver of a problem, from those that the
+        user has given, their prefix, and whether they are of SNES; None: the direct solver.
+    options
+        Makes a solver's `PetscOptions`, from prefix, options, and names of the user's;
+        None: plain ones.
+    on_solver
+        Called with a KSP whose options have been read, the problem, the factors of its
+        rows, and a list of errors to raise after a solve.
+    on_setting, on_solve
+        Called with a solver and the name of an attribute that is set; and, before a solve,
+        with the problem and what the user calls its unknowns.
+    reason
+        Puts PETSc's reason for the end of a solve in words.
     shared
         Finds whether two sides on one mesh share vertices, and whether these are the tips
         of a crack, from the mesh, their facets, and whether they may; the core alone
@@ -125,6 +140,15 @@ class Hooks:
     constrain
         Makes the reduction of a problem's equations by constraints, given these, the
         system and Dirichlet conditions; None: a problem takes none.
+    several
+        Makes one `Interaction` of two or more contacts; None: a problem has one contact.
+    own_assembly
+        Adds a contact, or several, to matrices and vectors that a user assembles; None:
+        problems alone have contact.
+    names
+        Names the groups of rows of a coupled system, for messages.
+    moved
+        Finds an attribute of a contact that is none any more, or raises an error.
     results, reactions
         Makes the results of a contact, or of several in one problem; finds the forces of
         a problem's supports by name. None: no results.
@@ -140,7 +164,6 @@ class Hooks:
     on_meshes: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_zones: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_forms: list[Callable[[Any, Any, Any, Any], None]] = field(default_factory=list)
-    on_compiled: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_revolved: list[Callable[[Any, Any], None]] = field(default_factory=list)
     on_tools: list[Callable[[Any, bool], None]] = field(default_factory=list)
     on_prescribed: list[Callable[[Any, Any], None]] = field(default_factory=list)
@@ -153,7 +176,12 @@ class Hooks:
     on_accept: list[Callable[[Any], bool]] = field(default_factory=list)
     convergence: Callable[[Any], Any] | None = None
     keeper: Callable[[Any, Any, Any, Any], Any] | None = None
-    linear_solver: Callable[[Any, bool], tuple[dict[str, Any], str]] | None = None
+    linear_solver: Callable[[Any, Any, str, bool], dict[str, Any]] | None = None
+    options: Callable[[str, Any, Any], Any] | None = None
+    on_solver: list[Callable[[Any, Any, Any, Any], None]] = field(default_factory=list)
+    on_setting: list[Callable[[Any, str], None]] = field(default_factory=list)
+    on_solve: list[Callable[[Any, Any], None]] = field(default_factory=list)
+    reason: Callable[[int], str] = "SNES reason {}".format
     shared: Callable[..., tuple[bool, bool]] = lambda *_: (False, False)
     exact: Callable[[Any], Any] | None = None
     behind: Callable[[Any], Callable[[Any, float], Any]] = all_thick
@@ -166,6 +194,10 @@ class Hooks:
     free_bodies: Callable[[Any], Any] | None = None
     bending: Callable[[Any, Any, Any], Any] | None = None
     constrain: Callable[[Any, Any, Any], Any] | None = None
+    several: Callable[[Any], Any] | None = None
+    own_assembly: Callable[[Any], Any] | None = None
+    names: Callable[[Any, Any], list[str]] = number_groups
+    moved: Callable[[Any, str], Any] = object.__getattribute__
     results: Callable[[Any], Any] | None = None
     reactions: Callable[[Any, Any], dict[str, Any]] | None = None
 

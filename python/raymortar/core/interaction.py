@@ -1,8 +1,7 @@
-"""The base of one contact and of several in one problem."""
+"""The base of one contact, and of several in one problem."""
 
 from __future__ import annotations
 
-import warnings
 from abc import abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -13,31 +12,13 @@ from petsc4py import PETSc
 from dolfinx.fem import Function
 
 from .compat import Array
-from .discretization.layout import CoupledRows, Layout
-from .errors import ContactError
+from .discretization.layout import CoupledRows
+from .errors import require_agreement
 from .hooks import hooks
 from .interface.pairs import Pair, PairTable
 from .state import State
 from .states import States
 from .system.coupled import CoupledSystem
-
-# Names that have moved, with the attribute that has them now
-_MOVED = {
-    name: owner
-    for owner, names in {
-        "system": "add_tangent assemble_residual axisymmetric bodies constrained cpp "
-        "extend_room free_bodies own_couplings preallocations prepare require_mesh "
-        "revision set_groups solve_for stiffness_diagonal take "
-        "translation_forces updates use_volume",
-        "states": "changing extrapolate go_back owners quantities u_of u_old values_of",
-        "results": "accumulated_slip coverage meetings of_pair parts_of_all resultant_on "
-        "resultants to_nodes write_segments",
-        "surfaces": "interfaces slave_u",
-        "assembly": "gamma_scale",
-        "offsets": "excess",
-    }.items()
-    for name in names.split()
-}
 
 
 class Interaction:
@@ -65,16 +46,7 @@ class Interaction:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            owner = _MOVED.get(name)
-            if owner is None:
-                kind = type(self).__name__
-                raise AttributeError(f"{kind!r} object has no attribute {name!r}")
-            warnings.warn(
-                f"contact.{name} has moved: use contact.{owner}.{name}",
-                DeprecationWarning,
-                stacklevel=2,
-            )
-            return getattr(getattr(self, owner), name)
+            return hooks.moved(self, name)
 
     @property
     @abstractmethod
@@ -91,7 +63,7 @@ class Interaction:
         return self.pair_table.pairs
 
     @property
-    def layout(self) -> Layout | CoupledRows:
+    def layout(self) -> CoupledRows:
         """Rows of the unknowns: [forms | multipliers of each contact], rank by rank."""
         return self.system.layout
 
@@ -117,8 +89,10 @@ class Interaction:
         ------
         ContactError
             If the displacement is not finite, if the mesh has been moved on the contact
-            surfaces since `Contact` was made, or if there are no points to keep.
+            surfaces since `Contact` was made, if there are no points to keep, or if
+            ranks differ in `pair`.
         """
+        require_agreement(self.system.comm, pair=pair)
         self.system.update(pair)
 
     def advance(self) -> None:
@@ -244,14 +218,11 @@ class Interaction:
 
     # Your own assembly
 
-    def _require_no_terms(self) -> None:
-        """Raise where a problem alone assembles all of a contact."""
-        for one in self.contacts:
-            for term in one.terms:
-                raise ContactError(
-                    f"your own assembly has no {term.spoken}: a NonlinearProblem "
-                    "assembles it, by F(x, b) and J(x, A) for your own solver"
-                )
+    @property
+    def _own_assembly(self) -> Any:
+        """Does what the methods below say; see `own_assembly`."""
+        assert hooks.own_assembly is not None, "the core alone has no own assembly"
+        return hooks.own_assembly(self)
 
     def create_matrix(self, a: Any) -> PETSc.Mat:
         """Matrix over [u, multiplier] with room for volume and contact. Collective.
@@ -261,16 +232,15 @@ class Interaction:
         a
             Compiled bilinear form of everything but contact.
         """
-        self._require_no_terms()
-        return self.system.create_matrix(a)
+        return self._own_assembly.create_matrix(a)
 
     def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """Zero vector over [u, multiplier]; the form L is not needed. Collective.
+        """Zero vector over [u, multiplier]; the compiled form L is not needed. Collective.
 
         Without a multiplier it has DOLFINx's layout and ghosts, as
         ``dolfinx.fem.petsc.create_vector(L)``; with one see `form_block`.
         """
-        return self.system.create_vector(L)
+        return self._own_assembly.create_vector(L)
 
     def form_block(self, b: PETSc.Vec) -> AbstractContextManager[PETSc.Vec]:
         """Rows of the form of a vector over [u, multiplier], with DOLFINx's layout and
@@ -285,7 +255,8 @@ class Interaction:
         ...     fem.petsc.assemble_vector(b_u, L)
         ...     b_u.ghostUpdate(PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE)
         """
-        return self.system.form_block(b)
+        found: AbstractContextManager[PETSc.Vec] = self._own_assembly.form_block(b)
+        return found
 
     def make_room(self, A: PETSc.Mat) -> bool:
         """Preallocate A anew if pairs have appeared that it cannot hold, or if it is an
@@ -299,7 +270,7 @@ class Interaction:
         -------
         Whether A was preallocated anew.
         """
-        return self.system.make_room(A)
+        return bool(self._own_assembly.make_room(A))
 
     def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
         """Add the tangent at the last `update`. Collective.
@@ -314,8 +285,7 @@ class Interaction:
             If pairs have appeared that A cannot hold: `make_room` comes before the forms
             are assembled.
         """
-        self._require_no_terms()
-        self.system.assemble_matrix(A, bcs)
+        self._own_assembly.assemble_matrix(A, bcs)
 
     def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """Add the residual at the last `update`. Collective.
@@ -323,8 +293,7 @@ class Interaction:
         Constrained rows are left out, and ghosts of b are left alone: call it before or
         after ``b.ghostUpdate``.
         """
-        self._require_no_terms()
-        self.system.assemble_vector(b, bcs)
+        self._own_assembly.assemble_vector(b, bcs)
 
     def apply_lifting(
         self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
@@ -343,15 +312,15 @@ class Interaction:
         alpha
             Factor, -1 for the residual of Newton's method.
         """
-        self.system.apply_lifting(b, bcs, x0, alpha)
+        self._own_assembly.apply_lifting(b, bcs, x0, alpha)
 
     def from_vector(self, x: PETSc.Vec) -> None:
         """Copy the solver's unknowns to the functions and their ghosts, and to those of
         x, if it has any. Collective."""
-        self.system.from_vector(x)
+        self._own_assembly.from_vector(x)
 
     def to_vector(self, x: PETSc.Vec) -> None:
         """Copy functions to the solver's unknowns; divide multipliers by gamma. Rotations
         of free rigid bodies count from the accepted step: call it after `advance` where x
         is kept. Collective."""
-        self.system.to_vector(x)
+        self._own_assembly.to_vector(x)

@@ -56,9 +56,6 @@ class CoupledProblem:
         Terms of the equations beside forms and contact.
     constraints
         Unknowns that are combinations of others; None: there are none.
-    part_of
-        Task that solves are a part of, such as load steps: members of
-        `diagnose.failure.InUse`.
     tangents, solves
         Tangents and nonlinear solves so far, those of failed solves included.
     """
@@ -119,7 +116,6 @@ class CoupledProblem:
         )
         L, a = compiled(F), compiled(J)
         self.history: list[float] = []
-        self.part_of: dict[str, Any] = {}
         self.steps_accepted = self.tangents = self.solves = 0
         # Revision of the contact at the last `form`; None: no iterate yet
         self._revision: int | None = None
@@ -174,7 +170,7 @@ class CoupledProblem:
         """Matrix with room for the tangent. Collective."""
         self.contact.system.use_volume(self._pattern)
         is_first = not self.contact.system.preallocations
-        A = self.contact.system.create_matrix(self.a)
+        A = self.contact.system.create_matrix()
         if is_first:
             for call in hooks.on_setup:
                 call(self)
@@ -209,7 +205,7 @@ class CoupledProblem:
         if self.contact.system.layout.bodies:
             self.contact.system.free_bodies.close_gaps()
         x = self.create_vector() if x is None else x
-        self.contact.to_vector(x)
+        self.contact.system.to_vector(x)
         if self.constraints is not None:
             self.constraints.apply(x)
         return x
@@ -279,15 +275,6 @@ class CoupledProblem:
         F, J = self.forms
         at = self.contact.unknowns.only.at
         return (F[at], J[at][at]) if self.volume.has_several else (F, J)
-
-    @contextmanager
-    def as_part(self, **of_what: Any) -> Iterator[None]:
-        """Mark solves as part of a task: members of `diagnose.failure.InUse`."""
-        before, self.part_of = self.part_of, {**self.part_of, **of_what}
-        try:
-            yield
-        finally:
-            self.part_of = before
 
     @property
     def constrained(self) -> npt.NDArray[np.bool_]:
@@ -371,7 +358,7 @@ class CoupledProblem:
         to add, (n,). Collective."""
         rows = self.forces_of_bodies()
         b = self.create_vector()
-        self.contact.system.assemble_vector(b)
+        self.contact.system.add_residual(b)
         rows += b.getArray(readonly=True)[: self.contact.system.layout.n]
         b.destroy()
         return rows[self.contact.unknowns.u_owned]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 from petsc4py import PETSc
 
@@ -82,7 +84,27 @@ def in_use_of(problem: CoupledProblem) -> InUse:
     degree = max((compat.element_info(W).degree for W in spaces), default=0)
     one_mesh = len(problem.contact.unknowns.displacements) == 1
     alone: dict[str, Any] = {"may_be_viscous": one_mesh, "degree": degree}
-    return InUse(**(alone | problem.part_of))
+    return InUse(**(alone | part_of(problem)))
+
+
+# Of problems whose solves are a part of a task: members of `InUse`
+_TASKS: WeakKeyDictionary[CoupledProblem, dict[str, Any]] = WeakKeyDictionary()
+
+
+def part_of(problem: CoupledProblem) -> dict[str, Any]:
+    """What is known of the task that a problem's solves are a part of."""
+    return _TASKS.get(problem, {})
+
+
+@contextmanager
+def as_part(problem: CoupledProblem, **task: Any) -> Iterator[None]:
+    """Mark solves as part of a task, such as load steps."""
+    before = part_of(problem)
+    _TASKS[problem] = {**before, **task}
+    try:
+        yield
+    finally:
+        _TASKS[problem] = before
 
 
 def describe(problem: CoupledProblem) -> str:

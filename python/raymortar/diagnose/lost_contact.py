@@ -295,7 +295,7 @@ def _springs(problem: CoupledProblem) -> Mask:
     """Whether masses, springs or hoops resist a body's translation along each axis, (d,
     bodies). Collective."""
     groups, contact = problem.convergence.groups, problem.contact
-    parts = contact.system.stiffness_diagonal, *contact.system.translation_forces
+    parts = contact.system.stiffness_diagonal, *contact.system.volume.translation
     sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
     sizes = np.sqrt(sums[:, : groups.bodies])
     return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])

@@ -18,7 +18,7 @@ from ..core.finding import Finding
 from ..core.interaction import Interaction
 from ..core.problem import CoupledProblem
 from ..rigid.turning import LARGEST_TURN
-from .failure import describe
+from .failure import describe, part_of
 from .findings import DEEP, deepest_on_tools, findings
 from .lost_contact import lost_contact
 from .missed import warn_of_missed_masters
@@ -46,7 +46,7 @@ def require_convergence(problem: CoupledProblem, converged: bool, reason: str) -
     if turned is not None:
         message = f"Newton converged, but {turned}"
         raise_everywhere(problem.comm, message, ConvergenceError)
-    if problem.part_of.get("steps"):
+    if part_of(problem).get("steps"):
         return
     doubts = Doubts(problem)
     doubts.look()

@@ -14,6 +14,7 @@ from ..core.finding import Finding
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED
 from ..core.problem import CoupledProblem
+from .failure import part_of
 from .lost_contact import AXES, free_axes
 
 # Sum of the squared cosines between normals and a direction, of all closed points, below
@@ -28,7 +29,7 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
     Inertia, terms of others and viscous forces hold bodies in ways of their own.
     """
     contact = problem.contact
-    if problem.terms or not problem.part_of.get("may_be_viscous", True):
+    if problem.terms or not part_of(problem).get("may_be_viscous", True):
         return
     free = free_axes(problem)
     if not free.any():

@@ -112,7 +112,7 @@ class Account:
         """Forces of the forms and of contact at the owned unknowns of the forms, (n,)
         each, at the last update. Collective."""
         contact, b = self._problem.contact, self._problem.create_vector()
-        contact.system.assemble_vector(b)
+        contact.system.add_residual(b)
         of_contact = b.array_r[: contact.layout.n].copy()
         b.destroy()
         return self._volume.forces(self._problem.bcs), of_contact

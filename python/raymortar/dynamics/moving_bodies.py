@@ -174,8 +174,9 @@ class MovingBodies:
         if not self.bodies:
             self.take_ends()
             return
-        b, layout = contact.create_vector(), contact.layout
-        contact.system.assemble_vector(b)
+        layout = contact.layout
+        b = layout.create_vector()
+        contact.system.add_residual(b)
         for body, spin in zip(self.bodies, self._spins):
             freedom, m = body.freedom, body.masses
             found = np.zeros(len(freedom))

@@ -23,18 +23,13 @@ from ..core.discretization.forms import (
 from ..core.discretization.layout import CoupledRows
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, ConvergenceError, described, of_type, together
-from ..core.solvers.linear import direct
-from ..core.solvers.petsc_objects import (
-    PetscOptions,
-    make_regular,
-    new_prefix,
-    raising,
-    reason_in_words,
-)
+from ..core.solvers.petsc_objects import make_regular, new_prefix, raising
 from ..core.system.volume import Forms
 from ..core.terms import apart, require_apart
 from ..entries import row_sums
 from ..solvers.inner import kept_inside
+from ..solvers.linear import direct
+from ..solvers.settings import WatchedOptions, reason_in_words
 from .field_tie import FieldTie
 from .flux import Flux
 from .flux_terms import FluxTerms
@@ -159,7 +154,7 @@ class FieldProblem:
             self.L, self.a = compiled(forms[0]), compiled(table[0][0])
         self._forms = Forms(self, self.L, self.a)
         given_options = {**OPTIONS, **(petsc_options or {})}
-        self._options = PetscOptions(
+        self._options = WatchedOptions(
             new_prefix("field"), given_options, sorted(petsc_options or {})
         )
         self._sums = row_sums(self.a, self.layout)
@@ -269,7 +264,7 @@ class FieldProblem:
         norm = snes.getFunctionNorm()
         x.destroy()
         if self.iterations > 0:
-            self._options.tell_unread(1)
+            self._options.tell_unread()
         if reason < 0:
             reasons = PETSc.SNES.ConvergedReason
             found = {getattr(reasons, f"DIVERGED_{k}"): v for k, v in _REMEDIES.items()}

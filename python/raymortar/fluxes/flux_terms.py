@@ -274,7 +274,10 @@ class FluxTerms(Term):
 
     def couple(self, pattern: Any) -> None:
         """Take scales and couplings from the volume, and make room in its pattern."""
-        self.choose_scales(self._system.own_couplings)
+        sums = np.zeros(self._layout.n)
+        for field, row in zip(self._system.unknowns.fields(), pattern.couplings):
+            sums[field.rows] = row[field.rows]
+        self.choose_scales(sums)
         self._own_couplings(pattern.couplings)
         for part in self._parts:
             room = part.pattern()

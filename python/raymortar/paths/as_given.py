@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack
 
-from ..core.solvers.solver import MAX_IT, temporarily
+from ..core.solvers.solver import MAX_IT
 from ..core.state import State
 from ..diagnose.failure import FAILURES
+from ..solvers.settings import temporarily
 from .load_path import PrescribedPath
 from .prediction import Prediction
 from .soft_start import MORE_ITERATIONS, PlainSolver

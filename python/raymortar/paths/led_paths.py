@@ -22,6 +22,7 @@ from ..core.solvers.solver import forwarded
 from ..core.state import State
 from ..diagnose.failure import in_use_of, one_of, ways_to_hold
 from ..diagnose.lost_contact import loose_bodies
+from ..solvers.one_tangent import correct, linearise
 from .controls import DisplacementControl, mean_weights
 from .load_path import PrescribedPath
 
@@ -178,14 +179,14 @@ class LedPath(PrescribedPath, ABC):
         self._differentiate(slope, b_step)
         g, by_factor, right = self.row()
         spring = self._spring(g)
-        given.linearise(x, spring)
-        given.correct(b, b_step)
-        given.correct(slope, slope_step)
+        linearise(given, x, spring)
+        correct(given, b, b_step)
+        correct(given, slope, slope_step)
         slope.set(0.0)
         for row, stiffness in spring.items():
             slope[row] = stiffness
         slope.assemble()
-        given.correct(slope, b)
+        correct(given, slope, b)
         solved = [v.getArray(readonly=True)[:n] for v in (b_step, slope_step, b)]
         k = [row - self._contact.layout.begin for row in spring]
         # Product with g, and entry at the spring, of each solution

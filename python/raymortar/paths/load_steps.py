@@ -18,7 +18,7 @@ from ..core.errors import (
     warn,
 )
 from ..core.state import State
-from ..diagnose.failure import FAILURES, what_limits
+from ..diagnose.failure import FAILURES, as_part, what_limits
 from ..diagnose.lost_contact import lost_contact
 from ..diagnose.missed import MastersOnPath
 from ..diagnose.outcome import Doubts
@@ -365,7 +365,7 @@ class LoadSteps:
         problem, path = self.solver.problem, self._path
         use = {"automatic": self.strategy == "auto", "led": path.led_weights}
         use |= {"controlled": self.control is not None, "steps": True}
-        with problem.as_part(**use, may_be_viscous=self._may_be_viscous):
+        with as_part(problem, **use, may_be_viscous=self._may_be_viscous):
             return ways.solve(now, last, path.sizes.ratio)
 
     def _require_contact(self) -> None:

@@ -13,8 +13,8 @@ from dolfinx.fem import Function
 from ..bending.coefficients import BENDS, softer
 from ..core.errors import ContactWarning, SetUpError
 from ..core.solvers.newton import NewtonSolver, SNESSolver
-from ..core.solvers.solver import temporarily
 from ..diagnose.failure import FAILURES, iterations_of
+from ..solvers.settings import temporarily
 from ..viscous.budget import Backoff
 from .soft_stick import SoftStick
 

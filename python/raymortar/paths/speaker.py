@@ -7,9 +7,9 @@ from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
 
 from ..core.problem import CoupledProblem
-from ..core.solvers.solver import temporarily
 from ..diagnose.lost_contact import largest_motions
 from ..records.output import Progress
+from ..solvers.settings import temporarily
 
 # Seconds from one line to the next
 EVERY = 10.0

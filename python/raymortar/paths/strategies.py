@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from ..core.errors import ConvergenceError
-from ..core.solvers.solver import temporarily
 from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
+from ..solvers.settings import temporarily
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .energy_balance import Balance, balance_of_step

@@ -228,7 +228,8 @@ class History:
         self, supports: Mapping[str, Any], energy: Sequence[ufl.Form], parts: list[Part]
     ) -> Iterator[tuple[list[str], Callable[[], Any]]]:
         """Yield names of columns with the function that finds their values."""
-        contact, axes = self.problem.contact, "xyz"[: self._dim]
+        contact: Any = self.problem.contact
+        axes = "xyz"[: self._dim]
         zones = contact.zones
         yield ["active", "min_gap", "max_pressure"], self._counts
         for label, i, _, find in parts:

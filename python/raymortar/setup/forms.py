@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain, combinations, product
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from ufl.algorithms.analysis import extract_type
 from ufl.constantvalue import ComplexValue
 
 from ..core import compat
-from ..core.discretization.forms import single
+from ..core.discretization.forms import is_table, single
 from ..core.discretization.joined import Displacement
 from ..core.discretization.unknowns import Unknowns
 from ..core.errors import ContactError, described, is_real_number, warn
@@ -122,7 +122,7 @@ def _check_several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> None
         raise ContactError(unknowns.absence(u))
     if J is None:
         return
-    if not _is_table(J, len(u)):
+    if not is_table(J, len(u)):
         raise ContactError(
             f"J must be {len(u)} lists of {len(u)} forms, by test and trial space, None "
             "for zero"
@@ -132,12 +132,6 @@ def _check_several(F: Sequence[Any], J: Any, u: Any, unknowns: Unknowns) -> None
             wanted = f"bilinear, in {f.name}'s test and {g.name}'s trial space"
             spaces = f.function_space, g.function_space
             check_form(f"J[{i}][{j}]", J[i][j], 2, wanted, *spaces)
-
-
-def _is_table(given: Any, n: int) -> bool:
-    """Whether forms are n lists of n."""
-    lists = [given, *given] if isinstance(given, (list, tuple)) else [given]
-    return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)
 
 
 def check_form(
@@ -171,32 +165,6 @@ def _is_complex(form: ufl.Form) -> bool:
     return bool(extract_type(form, ComplexValue)) or any(map(np.iscomplexobj, values))
 
 
-def check_compiled(a: Any, unknowns: Unknowns) -> None:
-    """Raise unless `a` is a compiled bilinear form on the space of the displacement, or
-    on a mixed one that has it; for several unknowns a table of forms."""
-    count = len(unknowns.functions)
-    if count > 1 and not _is_table(a, count):
-        raise ContactError(f"a must be {count} lists of {count} forms each")
-    forms = [a] if count == 1 else [one for one in chain(*a) if one is not None]
-    for one in forms:
-        rank = compat.compiled_rank(one)
-        if rank != 2:
-            found = type(one).__name__ if rank is None else f"a form of rank {rank}"
-            raise ContactError(
-                f"a must be a compiled bilinear form (dolfinx.fem.form), not {found}"
-            )
-    for d in unknowns.displacements:
-        block = a if count == 1 else a[d.at][d.at]
-        spaces = [] if block is None else compat.compiled_spaces(block)
-        own = d.given.function_space
-        if not all(compat.contains(V, own) or compat.is_like(V, own) for V in spaces):
-            raise ContactError(
-                f"a has a test or trial function in another space than the displacement "
-                f"{d.given.name} that Contact was given, or the mixed Function that it "
-                "is a part of"
-            )
-
-
 def check_coefficients(system: CoupledSystem, bcs: Sequence[Any]) -> None:
     """Raise for a number gamma that no solve can do with, warn of one with which
     Newton's method may fail. Collective."""
@@ -225,7 +193,7 @@ def warn_of_plane_form(system: CoupledSystem, bcs: Sequence[Any]) -> None:
     if not system.axisymmetric:
         return
     # Forces when all radii grow by 1, and the stiffness, at this rank's dofs
-    forces, diagonal = system.translation_forces[0], system.stiffness_diagonal
+    forces, diagonal = system.volume.translation[0], system.stiffness_diagonal
     sums = np.array([forces @ forces, diagonal @ diagonal])
     hoops, stiffness = np.sqrt(system.comm.allreduce(sums))
     if stiffness > 0.0 and hoops <= _NO_HOOPS * stiffness:

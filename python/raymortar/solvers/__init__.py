@@ -1,13 +1,15 @@
 """Linear solvers beyond the direct one, and what they keep.
 
-- automatic: the solver that suits the size, and iterative ones
+- automatic: the solver that suits the size, and iterative ones; linear: direct ones
 - keeping_factors, compliance: a direct solver that keeps the factors of linear bodies
 - lagging_factors: the factors of an earlier tangent as preconditioner
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
 - condensed: a preconditioner of condensed systems
 - kept_forms: what is kept of linear forms
-- inner: solvers within solvers
+- inner: Python contexts that know the problem, solvers within solvers
+- settings: misspelt options and settings, PETSc's reasons in words
+- one_tangent: systems with one tangent, for paths
 """
 
 from typing import TYPE_CHECKING
@@ -15,11 +17,11 @@ from typing import TYPE_CHECKING
 from ..core import on_demand
 
 if TYPE_CHECKING:
-    from ..core.solvers.linear import direct
     from .automatic import iterative, with_fallback
     from .condensed import CondensedPreconditioner
     from .keeping_factors import kept_factors
     from .lagging_factors import lagged_factors
+    from .linear import direct
 
 __all__ = [
     "CondensedPreconditioner",
@@ -32,7 +34,7 @@ __all__ = [
 
 _PLACES = {
     "CondensedPreconditioner": ".condensed",
-    "direct": "..core.solvers.linear",
+    "direct": ".linear",
     "iterative": ".automatic",
     "kept_factors": ".keeping_factors",
     "lagged_factors": ".lagging_factors",
@@ -47,8 +49,8 @@ _MOVED = {
     "MOST_DIRECT": "solvers.automatic.MOST_DIRECT",
     "MULTIGRIDS": "solvers.automatic.MULTIGRIDS",
     "SolverWithFallback": "solvers.automatic.SolverWithFallback",
-    "attach": "core.solvers.petsc_objects.attach",
-    "linear_options": "core.solvers.linear.linear_options",
+    "attach": "solvers.inner.attach",
+    "linear_options": "solvers.automatic.linear_options",
     "lumped_mass": "solvers.elimination.lumped_mass",
     "near_nullspace": "solvers.levels.near_nullspace",
     "rigid_motions": "solvers.levels.rigid_motions",

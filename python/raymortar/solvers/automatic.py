@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Mapping
 from typing import Any
 
 from petsc4py import PETSc
@@ -12,9 +14,16 @@ from .. import _cpp
 from ..core import compat, on_demand
 from ..core.errors import warn
 from ..core.problem import CoupledProblem
-from ..core.solvers.linear import direct, inexact
-from ..core.solvers.petsc_objects import DIRECT, attach
-from .inner import RESTART, InnerSolvers, kept_inside, nested
+from ..core.solvers.petsc_objects import DIRECT
+from .inner import RESTART, InnerSolvers, attach, kept_inside, nested
+from .linear import direct, inexact
+
+log = logging.getLogger("raymortar")
+
+# Prefixes of options with which the user chooses the linear solver, and an option of
+# ours, which PETSc does not know
+_ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
+INEXACT_OPTION = "snes_inexact"
 
 # Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
 # the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
@@ -110,6 +119,53 @@ def with_fallback(**options: Any) -> dict[str, Any]:
     first = iterative("bodies", **{"ksp_max_it": MOST_ITERATIONS, **options})
     inner = nested(SolverWithFallback, iterative=first, direct=DIRECT)
     return inner | {"ksp_rtol": first["ksp_rtol"]}
+
+
+def linear_options(
+    problem: CoupledProblem,
+    given: Mapping[str, Any] | None,
+    prefix: str,
+    snes: bool = False,
+) -> dict[str, Any]:
+    """PETSc options of the linear solver that a problem gets. Collective.
+
+    Parameters
+    ----------
+    problem
+        Problem.
+    given
+        Options that the user has given, without prefix.
+    prefix
+        Prefix of the options: those in PETSc's table count too.
+    snes
+        Whether the options are for SNES, which may solve its first systems less
+        exactly.
+
+    Returns
+    -------
+    If the user gives any option of the linear solver, the options of the direct solver
+    (those of MUMPS only if factors are made), which the user's complete. Otherwise
+    options of the solver that suits the size. With them those that the tolerance
+    ``snes_inexact`` stands for.
+    """
+    given, table = given or {}, PETSc.Options(prefix)
+    given_by_options = any(name.startswith(_ITS_OPTIONS) for name in given) or any(
+        table.hasName(name) for name in ("ksp_type", "pc_type")
+    )
+    comm = problem.comm
+    if comm.allreduce(int(given_by_options)):
+        kind = given.get("pc_type", table.getString("pc_type", "lu"))
+        # MUMPS makes no factors of other kinds, such as ILU
+        named = DIRECT if kind in ("lu", "cholesky") else ("ksp_type", "pc_type")
+        options = {name: DIRECT[name] for name in named}
+    else:
+        options, name = suited_to_size(problem, snes)
+        unknowns = problem.contact.layout.size_global
+        if comm.rank == 0:
+            log.info("linear solver of %d unknowns: %s", unknowns, name)
+    if INEXACT_OPTION in given:
+        options |= inexact(float(given[INEXACT_OPTION]))
+    return options
 
 
 def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any], str]:

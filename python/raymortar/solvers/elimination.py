@@ -17,9 +17,8 @@ from ..core.discretization.joined import Places, unrolled
 from ..core.discretization.ranks import destroy, marked_everywhere
 from ..core.errors import ContactError
 from ..core.gamma.stiffness import owned_nodes_on
-from ..core.solvers.petsc_objects import KnowsProblem
 from ..entries import block_diagonal, node_blocks
-from .inner import RESTART, finished, inner_solver, kept_inside
+from .inner import RESTART, KnowsProblem, finished, inner_solver, kept_inside
 from .levels import BodiesLevels, set_levels, sides
 
 # New levels are made when a solve with new blocks needs WORN times the cycles of the

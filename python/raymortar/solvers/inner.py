@@ -1,7 +1,8 @@
-"""Solvers within solvers, their errors, and whether a matrix is symmetric."""
+"""Python contexts that know the problem, solvers within solvers, and their errors."""
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Mapping
 from functools import wraps
 from typing import Any
@@ -12,7 +13,6 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..core.discretization.ranks import destroy
-from ..core.solvers.petsc_objects import KnowsProblem
 
 # Directions of GMRES that it keeps: they fit into memory at any size that was measured
 RESTART = 200
@@ -31,6 +31,69 @@ def nested(context: type, **inner: Mapping[str, Any]) -> dict[str, Any]:
     for prefix, options in inner.items():
         found |= {f"{prefix}_{name}": value for name, value in options.items()}
     return found
+
+
+class KnowsProblem:
+    """A Python context of PETSc's that `attach` gives the problem.
+
+    Attributes
+    ----------
+    contact, row_scale
+        The problem's contact, and the factors of the rows of its matrices.
+    raised
+        Errors that the solver raises after a solve, see `kept_inside`; None:
+        nobody does.
+    """
+
+    def __init__(self) -> None:
+        self.contact: Any = None
+        self.raised: list[Exception] | None = None
+        self.row_scale: PETSc.Vec | None = None
+        # Weak: C would keep the problem alive in a cycle
+        self._problem: Any = None
+
+    @property
+    def problem(self) -> Any:
+        """The problem that is solved."""
+        return self._problem()
+
+    def know(
+        self,
+        problem: Any,
+        row_scale: PETSc.Vec | None,
+        raised: list[Exception] | None = None,
+    ) -> None:
+        """Take the problem, the factors of its rows, and the list of errors."""
+        self._problem, self.contact = weakref.ref(problem), problem.contact
+        self.row_scale, self.raised = row_scale, raised
+
+    def _destroy(self, *names: str) -> None:
+        """Free and forget PETSc objects, those that have been made."""
+        for name in names:
+            destroy(getattr(self, name, None))
+            setattr(self, name, None)
+
+
+def attach(
+    ksp: PETSc.KSP,
+    problem: Any,
+    row_scale: PETSc.Vec | None = None,
+    raised: list[Exception] | None = None,
+) -> None:
+    """Give the problem, the factors of its rows, and a list of errors to raise after a
+    solve, to a solver whose options have been read.
+
+    Raises
+    ------
+    ContactError
+        If the solver is iterative, and there are unknowns beside the displacement, or a
+        free rigid body.
+    """
+    for thing in (ksp, ksp.getPC()):
+        if thing.getType() == "python":
+            context = thing.getPythonContext()
+            if isinstance(context, KnowsProblem):
+                context.know(problem, row_scale, raised)
 
 
 class InnerSolvers(KnowsProblem):

@@ -11,10 +11,11 @@ from scipy import sparse
 
 from ..core.discretization.joined import unrolled
 from ..core.discretization.ranks import destroy
-from ..core.solvers.petsc_objects import DIRECT, SYMMETRIC_OR_NOT
+from ..core.solvers.petsc_objects import DIRECT
 from .compliance import Compliance, Coupling, SurfaceSystem, supports
 from .inner import InnerSolvers, kept_inside, nested
 from .levels import sides
+from .linear import SYMMETRIC_OR_NOT
 
 # Largest residual of a system over its right-hand side, unless the residual is rounding
 # error of the solution; and the largest number of solves, each for the residual left

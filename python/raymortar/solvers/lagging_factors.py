@@ -11,8 +11,8 @@ import numpy as np
 
 from ..core.compat import Array
 from ..core.errors import ContactError, is_whole_number
-from ..core.solvers.petsc_objects import SYMMETRIC_OR_NOT
 from .inner import InnerSolvers, inner_solver, is_symmetric, kept_inside, nested
+from .linear import SYMMETRIC_OR_NOT
 
 # Iterations of GMRES that take the time of a factorisation, about, at the sizes that
 # have lagged factors by default (docs/measured/solving.md)

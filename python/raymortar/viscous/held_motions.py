@@ -11,10 +11,10 @@ import numpy as np
 from ..core.compat import Array
 from ..core.errors import ConvergenceError, warn
 from ..core.interface.zone_data import mean_facet_size
-from ..core.solvers.solver import temporarily
 from ..core.state import State
 from ..diagnose.failure import attempt, iterations_of
 from ..diagnose.lost_contact import motion_in_words
+from ..solvers.settings import temporarily
 from .approach import Approach
 from .budget import GAIN, MOST_IDLE, Backoff, Budget
 from .viscosity import Viscosity

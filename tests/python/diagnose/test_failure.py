@@ -23,7 +23,6 @@ from raymortar import (
     SNESSolver,
 )
 from raymortar.core import compat
-from raymortar.core.solvers.petsc_objects import reason_in_words
 from raymortar.diagnose.failure import (
     InUse,
     describe,
@@ -35,6 +34,7 @@ from raymortar.diagnose.failure import (
 )
 from raymortar.diagnose.inverted import most_compressed
 from raymortar.results.sums import Statistics
+from raymortar.solvers.settings import reason_in_words
 
 pytestmark = pytest.mark.quick
 TOUCHING = Statistics(hits=3, points=4, min_gap=0.0, max_gap=1.0)

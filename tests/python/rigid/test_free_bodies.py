@@ -23,9 +23,9 @@ from raymortar import (
     rigid,
     solvers,
 )
-from raymortar.core.solvers.linear import linear_options
 from raymortar.rigid.turning import rotation_matrix, rotation_vector, turning
 from raymortar.solvers import automatic
+from raymortar.solvers.automatic import linear_options
 
 LAWS = {
     "normal": {"method": AugmentedLagrangian(40.0)},

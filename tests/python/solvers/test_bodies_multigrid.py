@@ -25,10 +25,10 @@ from raymortar import (
     solvers,
 )
 from raymortar.core import compat
-from raymortar.core.solvers.linear import linear_options
 from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers import levels as levels_of
+from raymortar.solvers.automatic import linear_options
 from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
 
 # Blocks of each tangent, whose iterations are those of the preconditioner as it is

@@ -28,6 +28,7 @@ from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
 from raymortar.solvers.compliance import Compliance, supports
 from raymortar.solvers.inner import is_symmetric
+from raymortar.solvers.one_tangent import correct, linearise
 
 METHODS = {"augmented": AugmentedLagrangian, "penalty": lambda: Penalty(2e4)}
 FRICTIONS = {"frictionless": None, "friction": Coulomb(0.3)}
@@ -183,9 +184,9 @@ def test_a_stiffness_that_changes_is_factorised_anew_where_it_lasts():
     def solve(times):
         for _ in range(times):
             change[0] *= 1.0 + 1e-9 * (times == 1)
-            solver.linearise(x, {})
+            linearise(solver, x, {})
             with solver.options:
-                solver.correct(b, dx)
+                correct(solver, b, dx)
         return found.factorisations, found.exceptions
 
     assert solve(4) == (1, 0)
@@ -222,13 +223,13 @@ def test_springs_of_a_stepped_path_on_the_diagonal_are_seen():
     problem.F(x, b)
     free = np.flatnonzero(~problem.constrained)
     inner = int(free[len(free) // 2])
-    solver.linearise(x, {inner: 1e4})
+    linearise(solver, x, {inner: 1e4})
     with solver.options:
         dx = b.duplicate()
-        solver.correct(b, dx)
+        correct(solver, b, dx)
     rest = b.duplicate()
     solver.A.mult(dx, rest)
-    rest.pointwiseDivide(rest, solver._scale)
+    rest.pointwiseDivide(rest, solver.scale)
     rest.axpy(-1.0, b)
     assert rest.norm() <= 1e-12 * b.norm()
 
@@ -253,9 +254,9 @@ def test_weighed_rows_have_the_columns_of_others():
         x, b = problem.start(), problem.create_vector()
         x.array[:] = values
         problem.F(x, b)
-        one.linearise(x, {})
+        linearise(one, x, {})
         with one.options:
-            one.correct(b, b.duplicate())
+            correct(one, b, b.duplicate())
         found.append(context(one)._compliance.known)
     assert found[0] == found[1]
 
@@ -371,9 +372,9 @@ def corrected(solver):
     """A correction by the tangent of the start."""
     x, b = solver.problem.start(), solver.problem.create_vector()
     solver.problem.F(x, b)
-    solver.linearise(x, {})
+    linearise(solver, x, {})
     with solver.options:
-        solver.correct(b, b.duplicate())
+        correct(solver, b, b.duplicate())
 
 
 @alone

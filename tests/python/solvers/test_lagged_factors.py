@@ -23,9 +23,9 @@ from raymortar import (
     solvers,
 )
 from raymortar.core import compat
-from raymortar.core.solvers.linear import linear_options
 from raymortar.paths import DisplacementControl
 from raymortar.solvers import automatic
+from raymortar.solvers.automatic import linear_options
 from raymortar.solvers.lagging_factors import LaggedFactorsSolver
 
 

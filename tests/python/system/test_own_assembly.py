@@ -26,7 +26,7 @@ from problems import COMM
 
 import raymortar
 from raymortar.core import compat
-from raymortar.core.interactions import Interactions
+from raymortar.several.interactions import Interactions
 
 ADD, REVERSE = PETSc.InsertMode.ADD, PETSc.ScatterMode.REVERSE
 INSERT = PETSc.InsertMode.INSERT

@@ -90,6 +90,38 @@ def test_conditions_that_differ_between_ranks_are_told():
         hand.contact.assemble_vector(hand.b, hand.bcs if COMM.rank else [])
 
 
+@pytest.mark.mpi
+@pytest.mark.quick
+@pytest.mark.parametrize("alpha", ["-1", None, np.nan, True])
+def test_a_factor_of_lifting_is_a_number(alpha):
+    hand = ByHand(PENALTY, None)
+    with pytest.raises(raymortar.ContactError, match="alpha must be a number, not"):
+        hand.contact.apply_lifting(hand.b, hand.bcs, hand.u.x.array, alpha)
+
+
+@pytest.mark.mpi
+@pytest.mark.skipif(COMM.size == 1, reason="there is one rank")
+def test_arguments_that_differ_between_ranks_are_told():
+    """Ranks that keep their points would wait for those which make them anew."""
+    hand = ByHand(PENALTY, None)
+    with pytest.raises(raymortar.ContactError, match="pair differs between ranks"):
+        hand.contact.update(pair=COMM.rank > 0)
+    factor, array = -1.0 - COMM.rank, hand.u.x.array
+    with pytest.raises(raymortar.ContactError, match="alpha differs between ranks"):
+        hand.contact.apply_lifting(hand.b, hand.bcs, array, factor)
+
+
+@pytest.mark.mpi
+@pytest.mark.quick
+def test_a_vector_is_of_a_compiled_linear_form():
+    blocks = Blocks(PENALTY, None)
+    v = ufl.TestFunction(blocks.u.function_space)
+    for form in (ufl.inner(blocks.u, v) * ufl.dx, blocks.a, "L"):
+        with pytest.raises(raymortar.ContactError, match="L must be a compiled linear"):
+            blocks.contact.create_vector(form)
+    assert blocks.contact.create_vector().size == blocks.contact.layout.size_global
+
+
 class Wheel(ByHand):
     """A wheel that a force presses on a block, and that may turn."""
 

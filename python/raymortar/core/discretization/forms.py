@@ -47,6 +47,12 @@ def single(F: Any, only: Displacement) -> Function:
     return Function(F.arguments()[0].ufl_function_space(), only.given.x)
 
 
+def is_table(given: Any, n: int) -> bool:
+    """Whether forms are n lists of n."""
+    lists = [given, *given] if isinstance(given, (list, tuple)) else [given]
+    return all(isinstance(row, (list, tuple)) and len(row) == n for row in lists)
+
+
 def jacobians(F: Any, u: Sequence[Function], unknowns: Unknowns) -> Any:
     """Derivative of a residual by the unknown; of several residuals a list of lists,
     None for zero, or an error."""

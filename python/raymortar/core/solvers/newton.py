@@ -14,15 +14,15 @@ import numpy as np
 from .. import compat
 from ..discretization.ranks import agreed_name, put_aside
 from ..errors import ContactError, NotFinite
+from ..hooks import hooks
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
-from .linear import inexact, linear_options
 from .petsc_objects import (
+    DIRECT,
     NOT_A_NUMBER,
     make_regular,
     new_prefix,
     raising,
-    reason_in_words,
     take_tangent,
 )
 from .solver import MAX_IT, CoupledSolver, forwarded
@@ -104,7 +104,7 @@ class NewtonSolver(CoupledSolver):
         self.newton.setJ(tangent, self.A)
 
         def form(x: PETSc.Vec) -> None:
-            if this()._raised:  # x is no number
+            if this().raised:  # x is no number
                 raise _Ended(False)
             problem.form(x)
 
@@ -114,9 +114,9 @@ class NewtonSolver(CoupledSolver):
         self.report = self.error_on_nonconvergence = False
         self._name = agreed_name(problem.comm)
         prefix = new_prefix("newton")
-        by_user = sorted(options or ())
+        by_user = options or ()
         if options is None:
-            options = linear_options(problem, None, prefix)
+            options = _linear_solver(problem, None, prefix, False)
         self._configure(self.krylov_solver, prefix, options, by_user)
 
     def __del__(self) -> None:
@@ -145,7 +145,7 @@ class NewtonSolver(CoupledSolver):
         newton.rtol, newton.atol = self.rtol, self.force_tolerance or 0.0
         if self.convergence_criterion == "residual":
             newton.rtol = newton.atol = 0.0
-        with raising(self._raised):
+        with raising(self.raised):
             try:
                 iterations, converged = newton.solve(x)
                 return iterations, None if converged else ""
@@ -174,9 +174,17 @@ class NewtonSolver(CoupledSolver):
 STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
 SCALE = "raymortar_row_scale"
-# Option of ours, which PETSc does not know
-INEXACT_OPTION = "snes_inexact"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
+
+
+def _linear_solver(
+    problem: CoupledProblem, given: Mapping[str, Any] | None, prefix: str, snes: bool
+) -> Mapping[str, Any]:
+    """PETSc options of the linear solver of a problem, see `Hooks.linear_solver`.
+    Collective."""
+    if hooks.linear_solver is None:
+        return DIRECT
+    return hooks.linear_solver(problem, given, prefix, snes)
 
 
 def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
@@ -282,18 +290,16 @@ class SNESSolver(CoupledSolver):
         owned: bool = False,
     ) -> None:
         super().__init__(problem, options, matrix, owned)
-        self.x, self._scale = problem.create_vector(), problem.create_vector()
-        self._scale.set(1.0)
+        self.x, self.scale = problem.create_vector(), problem.create_vector()
+        self.scale.set(1.0)
         self.snes = PETSc.SNES().create(problem.comm)
         self.krylov_solver = self.snes.ksp
         self._set_callbacks()
         prefix = new_prefix("snes") if prefix is None else prefix
-        by_user = set(options or ()) - {INEXACT_OPTION}
-        if options is not None and INEXACT_OPTION in options:
-            options = {**options, **inexact(float(options[INEXACT_OPTION]))}
-        linear = linear_options(problem, options, prefix, snes=True)
-        given = {**_defaults(problem, self._floor), **linear, **(options or {})}
-        self._configure(self.snes, prefix, given, sorted(by_user))
+        options = options or {}
+        linear = _linear_solver(problem, options, prefix, True)
+        given = {**_defaults(problem, self._floor), **linear, **options}
+        self._configure(self.snes, prefix, given, options)
         # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:
@@ -304,8 +310,8 @@ class SNESSolver(CoupledSolver):
         """Tell PETSc how to find residual and tangent."""
         # Not self: C would keep it alive in a cycle. Nor objects of PETSc: it loses what
         # these functions drop when it destroys them
-        problem_of, raised = self._problem, self._raised
-        self.snes.compose(SCALE, self._scale)
+        problem_of, raised = self._problem, self.raised
+        self.snes.compose(SCALE, self.scale)
 
         # Errors never leave through PETSc, which would keep vectors locked and its stack
         # of calls as it was: they end the solve as a residual that is no number, and are
@@ -364,8 +370,8 @@ class SNESSolver(CoupledSolver):
     def _iterate(self, x: PETSc.Vec) -> tuple[int, str | None]:
         snes = self.snes
         x.copy(self.x)
-        self._weigh_rows()
-        with raising(self._raised):
+        self.weigh_rows()
+        with raising(self.raised):
             snes.solve(None, self.x)
         # The last residual may be of a rejected trial step
         self.problem.form(self.x)
@@ -377,5 +383,5 @@ class SNESSolver(CoupledSolver):
             if self.problem.convergence.reached(*limits, at_once=True):
                 reason = PETSc.SNES.ConvergedReason.CONVERGED_FNORM_ABS
                 snes.setConvergedReason(reason)
-        failed = None if reason > 0 else f" ({reason_in_words(reason)})"
+        failed = None if reason > 0 else f" ({hooks.reason(reason)})"
         return snes.getIterationNumber(), failed

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
 import sys
 import weakref
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, cast
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from dolfinx.fem import Function
-
 from .. import compat
 from ..discretization.ranks import destroy
-from ..errors import ContactError, raise_everywhere, require_agreement, together, warn
+from ..errors import ContactError, require_agreement, together, warn
 from ..hooks import hooks
 from ..interface.offsets import MOST_AUGMENTATIONS, augmented
 from ..problem import CoupledProblem
-from .petsc_objects import CLOSE, PetscOptions, attach, raising, renew, take_tangent
+from .petsc_objects import PetscOptions, renew
 
-# Settings of DOLFINx's Newton solver, which programs look for in others
-_NAMES = ("rtol", "atol", "max_it", "relaxation_parameter", "convergence_criterion")
 # Iterations of a solve whose limit the user has not set
 MAX_IT = 25
 
@@ -51,8 +44,6 @@ class CoupledSolver(ABC):
     krylov_solver: PETSc.KSP
     options: PetscOptions
     tolerances: tuple[float, float]
-    # Factors of the rows, where the solver weighs them
-    _scale: PETSc.Vec | None = None
 
     def __init__(
         self,
@@ -68,16 +59,13 @@ class CoupledSolver(ABC):
         self.A = problem.create_matrix() if matrix is None else matrix
         self.b = problem.create_vector()
         self._floor = problem.residual_floor()
-        # Errors of what PETSc calls
-        self._raised: list[Exception] = []
+        # Factors of the rows, where the solver weighs them; errors of what PETSc calls
+        self.scale: PETSc.Vec | None = None
+        self.raised: list[Exception] = []
 
     def __setattr__(self, name: str, value: Any) -> None:
-        known = _settings(type(self))
-        is_new = name not in known and not name.startswith("_")
-        if is_new and _resembles(name, [*known, *_NAMES]):
-            raise AttributeError(
-                f"{type(self).__name__} has no {name}: there are {', '.join(known)}"
-            )
+        for check in hooks.on_setting:
+            check(self, name)
         super().__setattr__(name, value)
 
     def _configure(
@@ -89,15 +77,19 @@ class CoupledSolver(ABC):
     ) -> None:
         """Let DOLFINx's or PETSc's object read its options, of which the user has given
         some. Collective."""
-        self.options = PetscOptions(prefix, options, by_user)
+        if hooks.options is None:
+            self.options = PetscOptions(prefix, options)
+        else:
+            self.options = hooks.options(prefix, options, by_user)
         self.options.configure(thing)
-        attach(self.krylov_solver, self.problem, self._scale, self._raised)
+        for call in hooks.on_solver:
+            call(self.krylov_solver, self.problem, self.scale, self.raised)
 
     def __del__(self) -> None:
         if sys.is_finalizing():
             return
         contact = self.__dict__.get("_contact")
-        for name in ("newton", "snes", "krylov_solver", "A", "b", "x", "_scale"):
+        for name in ("newton", "snes", "krylov_solver", "A", "b", "x", "scale"):
             self.__dict__.pop(name, None)
         # Several ranks may do so at different times: there the next solver on the mesh
         # frees the objects that all ranks have dropped
@@ -151,7 +143,8 @@ class CoupledSolver(ABC):
         ContactError
             If u is something else.
         """
-        check_unknowns(self.problem, u)
+        for check in hooks.on_solve:
+            check(self.problem, u)
         settings = {"tolerances": self.tolerances, **self._settings()}
         name = type(self).__name__
         require_agreement(self.problem.comm, solver=name, **settings)
@@ -191,61 +184,15 @@ class CoupledSolver(ABC):
             if reason is not None:
                 renew(self.krylov_solver, self.A)
         if iterations > 0:
-            self.options.tell_unread(4)
+            self.options.tell_unread()
         end = f"after {iterations} iterations{reason}"
         hooks.judge(problem, reason is None, end)
         return iterations
 
-    def _weigh_rows(self) -> None:
+    def weigh_rows(self) -> None:
         """Take the present factors of the rows. Collective."""
-        if self._scale is not None:
-            self._scale.array[:] = self.problem.row_scale()
-
-    def linearise(self, x: PETSc.Vec, springs: Mapping[int, float]) -> None:
-        """Take the tangent at x, and springs by row of this rank, for `correct`.
-        Collective."""
-        A = self.A
-        take_tangent(self.problem, x, A, self.krylov_solver)
-        for row, stiffness in springs.items():
-            A.setValue(row, row, stiffness, addv=PETSc.InsertMode.ADD_VALUES)
-        A.assemble()
-        if self._scale is not None:
-            self._weigh_rows()
-            A.diagonalScale(self._scale)
-        self.krylov_solver.setOperators(A)
-
-    def correct(self, b: PETSc.Vec, dx: PETSc.Vec) -> None:
-        """Solve tangent dx = b to `CLOSE`, within ``with solver.options:``.
-        Collective."""
-        ksp, right = self.krylov_solver, b.copy()
-        if self._scale is not None:
-            right.pointwiseMult(b, self._scale)
-        before = ksp.getTolerances()[0]
-        ksp.setTolerances(rtol=min(before, CLOSE))
-        with raising(self._raised):
-            ksp.solve(right, dx)
-        ksp.setTolerances(rtol=before)
-        right.destroy()
-
-
-def _resembles(name: str, known: Sequence[str]) -> bool:
-    """Whether a name is nearly one of those that are known."""
-    # It takes a while to import, and only unusual programs need it
-    from difflib import get_close_matches
-
-    return bool(get_close_matches(name, known, 1, 0.75))
-
-
-@functools.cache
-def _settings(solver: type[CoupledSolver]) -> list[str]:
-    """Public attributes of a type of solver that can be set."""
-    names = {name for one in solver.__mro__ for name in inspect.get_annotations(one)}
-    names |= {
-        name
-        for name in dir(solver)
-        if getattr(getattr(solver, name), "fset", None) is not None
-    }
-    return sorted(name for name in names if not name.startswith("_"))
+        if self.scale is not None:
+            self.scale.array[:] = self.problem.row_scale()
 
 
 def forwarded(to: str, name: str, meaning: str) -> Any:
@@ -255,20 +202,6 @@ def forwarded(to: str, name: str, meaning: str) -> Any:
         lambda owner, value: setattr(getattr(owner, to), name, value),
         doc=meaning,
     )
-
-
-@contextmanager
-def temporarily(thing: Any, **values: Any) -> Iterator[None]:
-    """Give attributes of an object, such as settings of a solver, other values for a
-    while."""
-    before = {name: getattr(thing, name) for name in values}
-    for name, value in values.items():
-        setattr(thing, name, value)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            setattr(thing, name, value)
 
 
 def require_problem(problem: Any, remedy: str = "") -> None:
@@ -291,23 +224,3 @@ def _check_input(name: str, problem: Any, options: Any) -> None:
             raise ContactError(message)
     options = None if options is None else dict(sorted(options.items()))
     require_agreement(problem.comm, solver=name, options=options)
-
-
-def check_unknowns(problem: CoupledProblem, u: Any) -> None:
-    """Raise unless u is None or the problem's unknowns. Collective."""
-    own = problem.contact.unknowns.functions
-    given = u if isinstance(u, (list, tuple)) else [u]
-    fits = u is None or (
-        len(given) == len(own)
-        and all(isinstance(f, Function) for f in given)
-        and all(compat.same_values(f, g) for f, g in zip(given, own))
-    )
-    named = [f.name if isinstance(f, Function) else repr(f) for f in given]
-    names = [f.name for f in own]
-    message = (
-        f"solve takes what the problem solves for, {', '.join(names)}, or nothing, and "
-        f"was given another: {', '.join(named)}"
-    )
-    if set(names) & set(named):
-        message += ", a Function of the same name that Contact was not given: problem.u"
-    raise_everywhere(problem.comm, None if fits else message)

@@ -1,8 +1,6 @@
 """Contact's share of PETSc matrices and vectors.
 
-- coupled: what a problem asks of contact
+- coupled: what a problem asks of contact: matrices, vectors, iterates
 - assembly: one contact's share; groups: its rows by kind
 - volume: the user's forms
-- iterates: differences of iterates, by groups
-- entries: entries of PETSc's matrices
 """

@@ -1,41 +1,126 @@
-"""The coupled system of a list of contacts: its matrices and vectors."""
+"""The coupled system of a list of contacts: its matrices, vectors and iterates."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
+from dolfinx.fem import Function
 
 from ... import _cpp
 from .. import compat
-from ..compat import Array
-from ..discretization.forms import list_of_conditions
+from ..compat import Array, Indices, Mask
+from ..discretization.layout import CoupledRows
 from ..discretization.ranks import free_dropped
-from ..discretization.unknowns import Unknowns
-from ..errors import ContactError, raise_everywhere, require_agreement, together
+from ..discretization.surfaces import Bodies
+from ..discretization.unknowns import Field, Lacking, Unknowns
+from ..errors import ContactError, NotFinite, SetUpError, raise_everywhere
 from ..gamma.probing import VolumePattern
 from ..hooks import hooks
 from .assembly import ContactAssembly
-from .iterates import CoupledIterates
 
 # Attribute of a PETSc matrix that tells what it has room for. PETSc keeps it with the
 # matrix, whichever Python object refers to it
 ROOM = "raymortar_room"
 # Types of matrices that `make_room` gives a pattern
 _WITH_ROOM = PETSc.Mat.Type.SEQAIJ, PETSc.Mat.Type.MPIAIJ
+# Without Python frames: each iterate asks
+_REVISION, _SCALE = attrgetter("present.revision"), attrgetter("gamma_scale")
 
 
-class CoupledSystem(CoupledIterates):
-    """Matrices and vectors over [u, multipliers, bodies] of a list of contacts."""
+class CoupledSystem:
+    """Matrices, vectors and iterates over [u, multipliers, bodies] of a list of contacts.
+    Collective.
+
+    Attributes
+    ----------
+    zones
+        Slave surfaces of all contacts.
+    layout
+        Rows of the unknowns.
+    """
 
     def __init__(self, unknowns: Unknowns, parts: Sequence[ContactAssembly]) -> None:
-        super().__init__(unknowns, parts)
+        self.unknowns, self.parts = unknowns, tuple(parts)
+        self.comm: MPI.Comm = unknowns.comm
+        self._cpp: tuple[_cpp.CoupledValues, _cpp.ContactSystem] | None = None
+        self._groups: tuple[Any, ...] | None = None
+        self.zones = [zone for part in self.parts for zone in part.zones]
+        self.layout: CoupledRows = self.parts[0].layout
         self._free_bodies: Any = None
+
+    @property
+    def u(self) -> Function:
+        """Displacement on its own space."""
+        return self.unknowns.u
+
+    @property
+    def bodies(self) -> Bodies:
+        """Parts of the mesh that are connected, by displacement node."""
+        return self.parts[0].surfaces.bodies
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether integrals go over a full turn."""
+        return self.parts[0].surfaces.axisymmetric
+
+    @property
+    def updates(self) -> int:
+        """Calls of `update` so far."""
+        return min(part.present.updates for part in self.parts)
+
+    @property
+    def revision(self) -> int:
+        """Changes so far of all that an assembled residual depends on, except `u` and
+        `multiplier`: pairing, history, coefficient."""
+        return sum(map(_REVISION, self.parts))
+
+    @property
+    def preallocations(self) -> int:
+        """Number of times that a matrix was preallocated."""
+        return max(part.preallocations for part in self.parts)
+
+    @property
+    def cpp(self) -> _cpp.ContactSystem:
+        """The C++ system of the present rows."""
+        if self._cpp is not None and self._cpp[0] is self.layout.made_values:
+            return self._cpp[1]
+        zones = [
+            _cpp.SystemZone(
+                zone=zone.cpp,
+                positions=zone.positions,
+                statistics=zone.assembly,
+                contact=k,
+                slave=zone.facets.slave_surface.dofs,
+                master=zone.facets.master_surface.dofs,
+                nodes=zone.multiplier_nodes,
+                bodies=[body.cpp for body in zone.facets.bodies],
+            )
+            for k, part in enumerate(self.parts)
+            for zone in part.zones
+        ]
+        values = self.layout.values
+        made = _cpp.ContactSystem(zones, self.u.x.array, values)
+        if self._groups is not None:
+            made.set_groups(*self._groups)
+        self._cpp = values, made
+        return made
+
+    def solve_for(self, functions: Sequence[Function]) -> None:
+        """Take what a problem solves for, the displacement among it. Collective.
+
+        Raises
+        ------
+        ContactError
+            If the displacement is none of it, or if a contact belongs to a problem with
+            other unknowns or other contacts.
+        """
+        self.parts[0].solve_for(functions)
 
     @property
     def free_bodies(self) -> Any:
@@ -64,12 +149,6 @@ class CoupledSystem(CoupledIterates):
         -------
         The volume, which `belong_to` takes.
         """
-        with together(self.comm):
-            for check in hooks.on_compiled:
-                check(a, self.unknowns)
-        for part in self.parts:
-            if part.unknowns.spaces is None:
-                part.unknowns.spaces = [compat.test_space(a)]
         # The size of a given penalty is checked without
         strains = any(
             part.surfaces.multiplier is not None or part.gamma is None
@@ -90,19 +169,13 @@ class CoupledSystem(CoupledIterates):
             look(self, bcs)
         return volume
 
-    def volume_alone(self) -> VolumePattern:
-        """Read the volume's form again, without strains; `destroy` frees its matrices.
-        Collective."""
-        form = self._volume.form
-        return VolumePattern(form, self.layout, self.axisymmetric, strains=False)
-
     def use_volume(self, volume: VolumePattern) -> None:
         """Use the volume, from `prepare`, of another problem of these contacts."""
         for part in self.parts:
             part.use_volume(volume)
 
     @property
-    def _volume(self) -> VolumePattern:
+    def volume(self) -> VolumePattern:
         """The volume of the problem."""
         volume = self.parts[0].volume
         assert volume is not None, "call prepare first"
@@ -111,55 +184,15 @@ class CoupledSystem(CoupledIterates):
     @property
     def stiffness_diagonal(self) -> Array:
         """Diagonal of the volume's matrix at set-up, owned dofs of u, unrolled."""
-        return self._volume.diagonal
-
-    @property
-    def own_couplings(self) -> Array:
-        """Coupling of each row of the forms to its field, (owned rows,)."""
-        found = np.zeros(self.layout.n)
-        for field, row in zip(self.unknowns.fields(), self._volume.couplings):
-            found[field.rows] = row[field.rows]
-        return found
-
-    @property
-    def translation_forces(self) -> Array:
-        """Forces of translations at set-up, see `probing.VolumePattern`."""
-        return self._volume.translation
+        return self.volume.diagonal
 
     # Room
 
-    def create_vector(self, L: Any = None) -> PETSc.Vec:
-        """See `Contact.create_vector`. Collective."""
-        if self.layout.more_than_forms:
-            return self.layout.create_vector()
-        return self.layout.create_form_vector()
-
-    @contextmanager
-    def form_block(self, b: PETSc.Vec) -> Iterator[PETSc.Vec]:
-        """See `Contact.form_block`. Collective."""
-        self._require_rows("form_block", b, PETSc.Vec)
-        n = self.layout.n
-        if not self.layout.more_than_forms:
-            with b.localForm() as local:
-                local.array[n:] = 0.0
-            yield b
-            return
-        part = self.layout.create_form_vector()
-        try:
-            part.array[:] = b.array_r[:n]
-            yield part
-            b.array[:n] = part.array_r
-        finally:
-            part.destroy()
-
-    def create_matrix(self, a: Any) -> PETSc.Mat:
-        """See `Contact.create_matrix`. Collective."""
+    def create_matrix(self) -> PETSc.Mat:
+        """Matrix with room for volume and contact; pairs anew. Collective."""
         # Free the memory of earlier solvers before more is needed
         free_dropped(self.comm)
         compat.destroy_garbage(self.comm)
-        volume = self.parts[0].volume
-        if volume is None or volume.form is not a:
-            self.prepare(a)
         A = self.layout.create_matrix()
         self.update()
         for part in self.parts:
@@ -183,63 +216,18 @@ class CoupledSystem(CoupledIterates):
             part.extensions += extended
         _cpp.preallocate(
             A.handle,
-            self._volume.offsets,
-            self._volume.columns,
+            self.volume.offsets,
+            self.volume.columns,
             [zone.cpp for zone in self.zones],
             [zone.pattern for zone in self.zones],
-            [rows for term in self._volume.terms for rows in term.rows()],
+            [rows for term in self.volume.terms for rows in term.rows()],
         )
         A.setAttr(ROOM, self._room)
 
     @property
     def _room(self) -> tuple[int, ...]:
         """Number of the volume, and how often each contact's patterns were extended."""
-        return (self._volume.number, *[part.extensions for part in self.parts])
-
-    def _require(self, name: str, thing: Any, kind: Any) -> None:
-        """Raise unless a method may be called now, and with this object. Collective."""
-        message = None
-        if self.parts[0].volume is None and name == "make_room":
-            message = (
-                "make_room needs the volume's pattern: call create_matrix(a) first"
-            )
-        elif self.updates == 0:
-            message = f"{name} needs pairs: call update first"
-        elif any(part.gamma is None for part in self.parts):
-            message = (
-                f"{name} needs gamma: give one, or make a problem or create_matrix(a), "
-                "which sets it"
-            )
-        raise_everywhere(self.comm, message)
-        self._require_rows(name, thing, kind)
-
-    def _require_rows(self, name: str, thing: Any, kind: Any) -> None:
-        """Raise for all but a matrix or vector over the unknowns. Collective."""
-        message = None
-        if not isinstance(thing, kind):
-            message = (
-                f"{name} needs a PETSc {kind.__name__} over [u, multiplier], not "
-                f"{type(thing).__name__}"
-            )
-        else:
-            # A matrix has rows and columns
-            sizes = np.unique(thing.getLocalSize())
-            if (sizes != self.layout.size).any():
-                found = " x ".join(map(str, np.ravel(thing.getLocalSize())))
-                message = (
-                    f"{name} needs {self.layout.size} rows on this rank, those of [u, "
-                    f"multiplier], and was given {found}: use create_matrix or "
-                    "create_vector"
-                )
-        raise_everywhere(self.comm, message)
-
-    def _require_conditions(self, bcs: Any) -> list[Any]:
-        """Dirichlet conditions as a list, or an error on all ranks. Collective."""
-        with together(self.comm):
-            found = list_of_conditions(bcs)
-            self.unknowns.conditions(found)
-        require_agreement(self.comm, number_of_conditions=len(found))
-        return found
+        return (self.volume.number, *[part.extensions for part in self.parts])
 
     def _patterns_cover(self) -> bool:
         """Whether the zones' patterns have all present pairs, on all ranks.
@@ -247,99 +235,146 @@ class CoupledSystem(CoupledIterates):
         covered = all([zone.pattern.covers(zone.cpp) for zone in self.zones])
         return bool(self.comm.allreduce(covered, op=MPI.LAND))
 
-    def from_vector(self, x: PETSc.Vec) -> None:
-        self._require_rows("from_vector", x, PETSc.Vec)
-        super().from_vector(x)
-
-    def to_vector(self, x: PETSc.Vec) -> None:
-        self._require_rows("to_vector", x, PETSc.Vec)
-        super().to_vector(x)
-
-    def make_room(self, A: PETSc.Mat) -> bool:
-        """See `Contact.make_room`. Collective."""
-        self._require("make_room", A, PETSc.Mat)
-        return self.extend_room(A)
-
     def extend_room(self, A: PETSc.Mat) -> bool:
-        """`make_room` of a matrix that is one of this system. Collective."""
-        if A.getAttr(ROOM) is None:  # not from `create_matrix`
-            is_plain = A.getType() in _WITH_ROOM
-            lacks = is_plain or not self._patterns_cover()
-        else:
-            lacks = self._lacks_room(A)
+        """See `Contact.make_room`. Collective."""
+        lacks = self.lacks_room(A)
         if lacks:
             self._make_room(A)
         return lacks
 
-    def _lacks_room(self, A: PETSc.Mat) -> bool:
-        """Whether a matrix from `create_matrix` has no room for the present pairs.
-        Collective."""
-        room = A.getAttr(ROOM)
-        if room is None:
-            return False
+    def lacks_room(self, A: PETSc.Mat) -> bool:
+        """Whether a matrix has no room for the present pairs, or is an AIJ matrix that
+        is not from `create_matrix`. Collective."""
         # Another solver or problem may have extended the patterns since it was made
-        return room != self._room or not self._patterns_cover()
+        is_old = A.getType() in _WITH_ROOM and A.getAttr(ROOM) != self._room
+        return is_old or not self._patterns_cover()
 
     # Assembly
 
-    def assemble_matrix(self, A: PETSc.Mat, bcs: Sequence[Any] = ()) -> None:
-        """See `Contact.assemble_matrix`. Collective."""
-        self._require("assemble_matrix", A, PETSc.Mat)
-        if self._lacks_room(A):
-            raise ContactError(
-                "A has no room for the present pairs: call contact.make_room(A) after "
-                "update, before the forms are assembled; several contacts share A as "
-                "NonlinearProblem(F, contacts).contact"
-            )
-        bcs = self._require_conditions(bcs)
-        # PETSc has no memory for the flush of a matrix that is not set up
-        A.setUp()
-        # PETSc refuses to mix adding and inserting without a flush between them
-        A.assemble(PETSc.Mat.AssemblyType.FLUSH)
-        self.add_tangent(A, bcs)
-
     def add_tangent(self, A: PETSc.Mat, bcs: Sequence[Any]) -> None:
-        """`assemble_matrix` of a matrix that is one of this system. Collective."""
+        """See `Contact.assemble_matrix`. Collective."""
         for part in self.parts:
             part.refuse_held(bcs)
-        if A.getAttr(ROOM) is None:
-            self._add_to_foreign(A)
-        else:
-            self.cpp.add_tangent(A.handle)
+        self.cpp.add_tangent(A.handle)
         if self.layout.bodies:
             self.free_bodies.add_tangent(A)
 
-    def _add_to_foreign(self, A: PETSc.Mat) -> None:
-        """Add the tangent to a matrix that is not from `create_matrix`: each rank may
-        find no room for its rows. Collective."""
-        with together(self.comm):
-            try:
-                self.cpp.add_tangent(A.handle)
-            except _cpp.Error as error:
-                raise ContactError(
-                    "A has no room for contact: make it by "
-                    "contact.create_matrix(a), or call contact.make_room(A) before the "
-                    f"forms are assembled ({error})"
-                ) from error
-
-    def assemble_vector(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
+    def add_residual(self, b: PETSc.Vec, bcs: Sequence[Any] = ()) -> None:
         """See `Contact.assemble_vector`. Collective."""
-        self._require("assemble_vector", b, PETSc.Vec)
-        self.constrained(self._require_conditions(bcs))
-        b.assemble()  # what was inserted
+        self.constrained(bcs)
         self.cpp.add_residual(b.handle)
         b.assemble()
 
-    def apply_lifting(
-        self, b: PETSc.Vec, bcs: Sequence[Any], x0: Array, alpha: float
+    # Iterates
+
+    def update(self, pair: bool = True) -> None:
+        """Pair and integrate, see `Contact.update`. Collective."""
+        if not pair and self.updates == 0:
+            raise ContactError(
+                "update(pair=False) has no points to keep: call update()"
+            )
+        self.require_mesh()
+        self.unknowns.pull()
+        cpp = self.cpp
+        self._require_finite()
+        cpp.loads_changed()
+        for part in self.parts:
+            part.present.check_loads()
+        self._pair(cpp, not pair)
+
+    def require_mesh(self) -> None:
+        """Raise if the mesh has been moved on the contact surfaces. Collective."""
+        for part in self.parts:
+            for reference in part.surfaces.references:
+                raise_everywhere(self.comm, reference.fault(), SetUpError)
+
+    def take(self, x: PETSc.Vec, seen: int | None) -> int:
+        """Take over an iterate: unknowns, pairing, integration. Collective.
+
+        Nothing is done if x is the last one and `seen`, the revision when it was taken,
+        is the present one.
+
+        Returns
+        -------
+        The revision.
+        """
+        cpp, now = self.cpp, sum(map(_REVISION, self.parts))
+        anew = seen != now
+        if cpp.loads_changed():
+            anew = True
+            for part in self.parts:
+                part.present.check_loads()
+        if not cpp.set_unknowns(x.handle, list(map(_SCALE, self.parts)), anew):
+            return now
+        if not self.unknowns.is_plain:
+            self.unknowns.pull()
+        if not (self.unknowns.is_plain and cpp.is_finite()):
+            self._require_finite()
+        self._pair(cpp, False)
+        return sum(map(_REVISION, self.parts))
+
+    @property
+    def scales(self) -> list[float]:
+        """Factors by which multipliers are divided among the unknowns."""
+        return list(map(_SCALE, self.parts))
+
+    def _require_finite(self) -> None:
+        """Raise for values that are not finite. Collective."""
+        functions = [("displacement", self.u)]
+        functions += [("multiplier", part.surfaces.multiplier) for part in self.parts]
+        if not self.unknowns.is_plain:
+            functions += [(f.name, f) for f in self.unknowns.functions]
+        message = None
+        for name, f in functions:
+            bad = 0 if f is None else np.count_nonzero(~np.isfinite(f.x.array))
+            if bad and message is None:
+                message = f"the {name} has {bad} entries that are not finite"
+        raise_everywhere(self.comm, message, NotFinite)
+
+    def _pair(self, cpp: _cpp.ContactSystem, rays_only: bool) -> None:
+        """Send the present state to the zones and pair them. Collective."""
+        for part in self.parts:
+            part.present.begin_update()
+        cpp.pair(rays_only)
+        for part in self.parts:
+            part.present.end_update(cpp.is_at(part.present.u_old))
+
+    # Values
+
+    def to_vector(self, x: PETSc.Vec) -> None:
+        """Copy from the functions, see `Contact.to_vector`."""
+        self.layout.to_vector(x, self.scales)
+
+    # Residual
+
+    def constrained(self, bcs: Sequence[Any]) -> Mask:
+        """Whether Dirichlet conditions prescribe a dof of u; ghosted. Collective."""
+        return [part.prescribed(bcs) for part in self.parts][0]
+
+    def assemble_residual(
+        self,
+        b: PETSc.Vec,
+        bcs: Sequence[Any],
+        volume: Array,
+        lacking: Lacking,
+        contact: bool = True,
+    ) -> tuple[Array, Array, Array, Array]:
+        """Set b to the residual of volume and contact, assembled. Collective.
+
+        Returns
+        -------
+        Norms of the residual's free rows and of the forces in balance, by group,
+        (groups,) each; largest increment and largest value, by field, (fields,) each.
+        """
+        for part in self.parts:
+            part.prescribed(bcs)
+        return self.cpp.residual(b.handle, volume, *lacking, contact)
+
+    def set_groups(
+        self, of_row: Indices, count: int, mass: Array, fields: Sequence[Field]
     ) -> None:
-        """See `Contact.apply_lifting`. Collective."""
-        self._require("apply_lifting", b, PETSc.Vec)
-        found, shape = np.shape(x0), self.u.x.array.shape
-        message = f"x0 must be a ghosted array of u, of shape {shape}, not {found}"
-        raise_everywhere(self.comm, None if found == shape else message)
-        bcs = self._require_conditions(bcs)
-        self.constrained(bcs)
-        b.assemble()  # what was inserted
-        self.cpp.lift(b.handle, self.unknowns.increment_u(bcs, x0), alpha)
-        b.assemble()
+        """Set the groups of rows whose norms are taken, from the group of each owned
+        row, (rows,), below a count; see `balance.Groups`."""
+        places = [field.local for field in fields] if len(fields) > 1 else []
+        self._groups = of_row, count, mass, places
+        self.cpp.set_groups(*self._groups)

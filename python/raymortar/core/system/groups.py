@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 from mpi4py import MPI
 
@@ -15,7 +14,7 @@ from ..convergence.balance import Groups, largest_by, sum_by_group
 from ..discretization.facets import shape_functions
 from ..discretization.ranks import marked_everywhere
 from ..discretization.surfaces import find_parts, surface_areas, surface_normals
-from ..errors import format_point
+from ..hooks import hooks
 from .assembly import ContactAssembly
 from .coupled import CoupledSystem
 
@@ -24,21 +23,16 @@ def groups_of(system: CoupledSystem) -> Groups:
     """Sort the rows of a system by body, patch of contact and field. Collective."""
     layout, V, fields = system.layout, system.u.function_space, system.unknowns.fields()
     comm, bodies = layout.comm, system.parts[0].surfaces.bodies
-    # Owned nodes of spaces, and their groups
-    mine: Any = slice(layout.n_u // V.dofmap.index_map_bs)
-    nodes = [(V, mine, bodies.dofs[mine])]
     of_row, mass = np.empty(layout.size, dtype=np.int32), [np.empty(0)]
-    of_row[fields[0].rows] = np.repeat(bodies.dofs[mine], V.dofmap.index_map_bs)
+    bs = V.dofmap.index_map_bs
+    of_row[fields[0].rows] = np.repeat(bodies.dofs[: layout.n_u // bs], bs)
     sides, count, begin = [], bodies.count, layout.n
     for part in system.parts:
         own, c = part.layout.owned_multipliers, part.layout.components
-        of_node, area, found = _patches(part, count)
-        if part.surfaces.multiplier is not None:
-            W = part.surfaces.multiplier.function_space
-            nodes.append((W, own, of_node[own]))
+        of_node, area, patches = _patches(part, count)
         mass.append(np.repeat(area[own], c))
         of_row[begin : begin + len(mass[-1])] = np.repeat(of_node[own], c)
-        begin, count = begin + len(mass[-1]), count + found
+        begin, count = begin + len(mass[-1]), count + patches
         sides += [(zone, of_node[zone.multiplier_nodes]) for zone in part.zones]
     free = count + np.arange(len(layout.bodies))
     of_bodies = [len(body.freedom) for body in layout.own_bodies]
@@ -58,11 +52,11 @@ def groups_of(system: CoupledSystem) -> Groups:
     add = partial(sum_by_group, comm, of_row, count)
     rows, sums, squares = add(np.ones(layout.size), stiffness, stiffness**2)
     met = np.zeros((len(sides), 2 + count))
-    for row, (zone, patches) in zip(met, sides):
+    for row, (zone, of_nodes) in zip(met, sides):
         slave, master = zone.facets.slave_surface, zone.facets.master_surface
         row[:2] = surface_areas(slave).sum(), len(slave.dofs)
         row[2 + bodies.dofs[np.append(slave.dofs, master.dofs)]] = 1.0
-        row[2 + patches] = 1.0
+        row[2 + of_nodes] = 1.0
         row[2 + free] = [body in zone.facets.bodies for body in layout.bodies]
     met = comm.allreduce(met)
     size, largest = _sizes(system, count)
@@ -70,21 +64,7 @@ def groups_of(system: CoupledSystem) -> Groups:
     def springs() -> Array:
         return np.array([body.freedom.spring_forces() for body in layout.bodies])
 
-    def names() -> list[str]:
-        sums, size = np.zeros((forces - len(free), 4)), 0.0
-        for space, mine, groups in nodes:
-            X = space.tabulate_dof_coordinates()[mine]
-            size = max(size, np.abs(X).max(initial=0.0))
-            np.add.at(sums, groups, np.column_stack([X, np.ones(len(X))]))
-        found, others = [], [comm.allreduce(size, op=MPI.MAX)]
-        for k, (*centre, number) in enumerate(comm.allreduce(sums)):
-            middle = np.array(centre[: V.mesh.geometry.dim]) / number
-            kind = "the body" if k < bodies.count else "the contact"
-            found.append(f"{kind} around {format_point(middle, others, 3)}")
-        found += [f"the rigid {body.name}" for body in layout.bodies]
-        return found + [f"the unknown {field.name}" for field in fields[1:]]
-
-    return Groups(
+    found = Groups(
         comm=comm,
         of_row=of_row,
         count=count,
@@ -104,8 +84,9 @@ def groups_of(system: CoupledSystem) -> Groups:
         met=met[:, 2:] > 0.0,
         gammas=lambda: np.array([p.gamma_scale for p in system.parts for _ in p.zones]),
         springs=springs,
-        names=names,
+        names=lambda: hooks.names(system, found),
     )
+    return found
 
 
 def _patches(part: ContactAssembly, first: int) -> tuple[Indices, Array, int]:

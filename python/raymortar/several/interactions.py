@@ -1,18 +1,18 @@
-"""Several contacts in one problem."""
+"""Several contacts as one object, and what may be in one problem."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from . import compat
-from .discretization.tagged import ALL
-from .discretization.unknowns import Unknowns
-from .errors import raise_everywhere
-from .interaction import Interaction
-from .interface.pairs import PairTable
-from .system.coupled import CoupledSystem
-from .target import Target
+from ..core import compat
+from ..core.discretization.tagged import ALL
+from ..core.discretization.unknowns import Unknowns
+from ..core.errors import raise_everywhere
+from ..core.interaction import Interaction
+from ..core.interface.pairs import PairTable
+from ..core.target import Target
+from .system import SeveralSystem
 
 
 class Interactions(Interaction):
@@ -43,7 +43,7 @@ class Interactions(Interaction):
         raise_everywhere(contacts[0].layout.comm, _fault(contacts))
         self._contacts = tuple(contacts)
         super().__init__(
-            CoupledSystem(
+            SeveralSystem(
                 contacts[0].unknowns, [contact.assembly for contact in contacts]
             ),
             PairTable.joined(
