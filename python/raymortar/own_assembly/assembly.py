@@ -24,6 +24,7 @@ from .checks import (
     require_conditions,
     require_no_terms,
     require_rows,
+    require_turns,
 )
 
 
@@ -142,6 +143,8 @@ class OwnAssembly:
             has_ghosts = bool(local)
         if has_ghosts:
             x.ghostUpdate(PETSc.InsertMode.INSERT, PETSc.ScatterMode.FORWARD)
+        if system.layout.bodies:
+            require_turns(system, x)
         system.layout.from_vector(x, system.scales)
 
     def to_vector(self, x: PETSc.Vec) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from itertools import chain
 from typing import Any
 
+from petsc4py import PETSc
+
 import numpy as np
 
 from ..core import compat
@@ -18,6 +20,9 @@ from ..core.errors import (
     together,
 )
 from ..core.system.coupled import CoupledSystem
+
+# Turn of a free body within a step, rad, beyond which its sum with others loses digits
+MOST_TURNED = 1e6
 
 
 def require_no_terms(contacts: Any) -> None:
@@ -110,6 +115,20 @@ def require_rows(system: CoupledSystem, name: str, thing: Any, kind: Any) -> Non
                 f"{name} needs {system.layout.size} rows on this rank, those of [u, "
                 f"multiplier], and was given {found}: use create_matrix or "
                 "create_vector"
+            )
+    raise_everywhere(system.comm, message)
+
+
+def require_turns(system: CoupledSystem, x: PETSc.Vec) -> None:
+    """Raise where nothing has stopped the turn of a free rigid body. Collective."""
+    message, begin = None, x.getOwnershipRange()[0]
+    for body in system.layout.own_bodies:
+        step = x.array_r[system.layout.body_rows[body] - begin]
+        angle = float(np.linalg.norm(step[body.freedom.is_turn]))
+        if angle >= MOST_TURNED:
+            message = (
+                f"the rigid {body.name} turns by {angle:.3g} rad in this step: nothing "
+                "resists that where all points slip. Give it stiffness, or take LoadSteps"
             )
     raise_everywhere(system.comm, message)
 

@@ -152,13 +152,13 @@ class HeldMotions:
             self._say("nothing resists that")
         return iterations
 
-    def _say(self, why: str) -> None:
+    def _say(self, why: str, remedy: str = "prescribe it if its place matters") -> None:
         """Say once that motions are held."""
         if not self._said:
             self._said = True
             warn(
                 f"{' and '.join(self._words)}: {why}. Viscous forces hold it from here "
-                "on; prescribe it if its place matters",
+                f"on; {remedy}",
             )
 
     def _say_again(self) -> None:
@@ -171,7 +171,12 @@ class HeldMotions:
     def _say_driven(self, drive: float) -> None:
         """Say once by what share of its forces a held motion is driven."""
         self._told = drive
-        self._say(f"{drive:.2g} of its forces drive that, nothing resists it")
+        driven = f"{drive:.2g} of its forces drive that"
+        if any(one.friction is not None for one in self._contact.contacts):
+            remedy = 'a limit load takes strategy="halve"'
+            self._say(f"{driven}, more than friction resists", remedy)
+        else:
+            self._say(f"{driven}, nothing resists it")
 
     def _hold_more(self) -> None:
         """Hold the motion of the loose body that has taken off."""

@@ -156,3 +156,16 @@ def test_a_free_body_goes_on_turning_from_the_accepted_step():
     turns = [one.wheel.rotation[-1] for one in (hand, known)]
     assert abs(turns[1]) > 1e-3
     assert abs(turns[0] - turns[1]) < 1e-8 * abs(turns[1])
+
+
+@pytest.mark.mpi
+def test_a_turn_that_nothing_stops_is_told():
+    """Newton's first iterates may leave all points slipping."""
+    hand = Wheel()
+    hand.begin()
+    rows = hand.contact.layout.body_rows[hand.wheel]
+    if COMM.rank == 0:
+        hand.x[int(rows[hand.wheel.freedom.is_turn][0])] = -1.5e15
+    hand.x.assemble()
+    with pytest.raises(raymortar.ContactError, match=r"turns by 1\.5e\+15 rad"):
+        hand.contact.from_vector(hand.x)
