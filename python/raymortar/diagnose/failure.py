@@ -92,7 +92,7 @@ _TASKS: WeakKeyDictionary[CoupledProblem, dict[str, Any]] = WeakKeyDictionary()
 
 
 def part_of(problem: CoupledProblem) -> dict[str, Any]:
-    """What is known of the task that a problem's solves are a part of."""
+    """Return what is known of the task that a problem's solves are a part of."""
     return _TASKS.get(problem, {})
 
 

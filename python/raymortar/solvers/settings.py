@@ -1,4 +1,4 @@
-"""What a user gives a solver: misspelt options and settings; its reasons in words."""
+"""Settings that a user gives a solver, misspelt ones, and a solver's reasons in words."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class WatchedOptions(PetscOptions):
         ]
 
     def _leave(self, added: list[str]) -> None:
-        # Those of the command line are not ours to judge
+        # Options of the command line are not ours to judge
         self._unread = [
             key
             for key in self._unread

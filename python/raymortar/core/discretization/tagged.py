@@ -202,7 +202,7 @@ class Tagged:
         return next((k for k, some in enumerate(self.having(tags)) if some), 0)
 
     def having(self, tags: Sequence[int | str]) -> list[set[int | str]]:
-        """Which of some tags each mesh has facets with."""
+        """Sort some tags by the mesh that has facets with them."""
         here = [
             {tag for tag in tags if np.any(getattr(one, "values", []) == tag)}
             for one in self._tags
