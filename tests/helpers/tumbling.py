@@ -51,18 +51,19 @@ class _Alone:
         self.layout = SimpleNamespace(
             bodies=(one,), own_bodies=(one,), comm=COMM, begin=0,
             body_rows={one: np.arange(len(one.freedom))},
+            create_vector=self._zeros,
         )  # fmt: skip
 
     @property
     def system(self):
         return self
 
-    def create_vector(self):
+    def _zeros(self):
         found = PETSc.Vec().createSeq(len(self._one.freedom))
         found.set(0.0)
         return found
 
-    def assemble_vector(self, b):
+    def add_residual(self, b):
         b.array[:] = -self._one.cpp.forces()[0]
 
 

@@ -26,10 +26,6 @@ GROWTH = 1e4
 # Iterations without a new least residual, after which a solve wanders
 WANDERS = 8
 
-# Such iterations, after which a solve from a predicted start strays
-# (docs/measured/load_steps.md)
-STRAYS = 7
-
 # Growth over the first residuals, from which a solve ends if another way has just worked
 JUMP = 100.0
 
@@ -42,29 +38,18 @@ class Watched(Convergence):
 
     A solve that is `patient` goes on until it is hopeless. Otherwise it ends at the first
     trouble, as `LoadSteps` has remedies. One that `lasts` may begin with a residual that
-    is less than the next ones. One that is `hasty` ends where the residual jumps, one
-    that is `predicted`, whose start is not the only one, where it strays. A `watcher` is
-    called at each iterate.
+    is less than the next ones. One that is `hasty` ends where the residual jumps. A
+    `watcher` is called at each iterate.
     """
 
     def __init__(self, groups: Groups) -> None:
         super().__init__(groups)
-        self.patient, self.lasts, self.hasty, self.predicted = True, False, False, False
+        self.patient, self.lasts, self.hasty = True, False, False
         self.watcher: Callable[[], None] | None = None
         self._asked: tuple[float, float | None] | None = None
-        # These include residuals after softened tangents, which `norms` leaves out
-        self._all_norms: list[float] = []
-
-    def start(self) -> None:
-        super().start()
-        self._all_norms.clear()
 
     def accept(self) -> None:
         super().accept()
-        if self.norms:
-            self._all_norms.append(self.now.norm)
-        else:
-            self._all_norms.clear()
         if self.watcher is not None:
             self.watcher()
 
@@ -81,18 +66,13 @@ class Watched(Convergence):
             return False
         if self.patient:
             return is_hopeless(self.norms)
-        return self.jumped or self._strays or is_in_trouble(self._way())
+        return self.jumped or is_in_trouble(self._way())
 
     @property
     def jumped(self) -> bool:
         """Whether the residual of a `hasty` solve has grown a hundredfold."""
         norms = self.norms
         return self.hasty and len(norms) > 1 and norms[-1] > JUMP * min(norms[:2])
-
-    @property
-    def _strays(self) -> bool:
-        """Whether a `predicted` solve has had no new least residual for a while."""
-        return self.predicted and _idle(self._all_norms) >= STRAYS
 
     def _way(self) -> list[float]:
         """Return the residuals that tell of trouble.
@@ -166,13 +146,8 @@ def is_in_trouble(norms: Sequence[float]) -> bool:
     if len(r) < 2:
         return False
     grows = len(r) > 3 and r[-1] > GROWTH * r[:3].max()
-    wanders = _idle(norms) >= WANDERS
+    wanders = len(r) - 1 - int(np.argmin(r)) >= WANDERS
     return bool(grows or wanders) or is_hopeless(norms) or _repeats(r)
-
-
-def _idle(norms: Sequence[float]) -> int:
-    """Number of residuals since the least one."""
-    return len(norms) - 1 - int(np.argmin(norms)) if norms else 0
 
 
 def _repeats(r: Array) -> bool:

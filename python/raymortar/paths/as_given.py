@@ -49,9 +49,7 @@ class AsGiven:
 
     def _from_ahead(self, prediction: Prediction) -> int | None:
         iterations = None
-        convergence = self._solver.problem.convergence
-        # From a bad start a solve costs more than one from the accepted state
-        with temporarily(convergence, patient=False, predicted=True):
+        with temporarily(self._solver.problem.convergence, patient=False):
             try:
                 iterations = self.plain.solve()
                 self.is_ahead = prediction.always

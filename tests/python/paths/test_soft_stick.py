@@ -38,15 +38,6 @@ def test_a_belt_whose_slip_turns_round_takes_few_iterations(cells):
     assert path.result()[0] == pytest.approx(np.exp(0.3 * np.pi), rel=0.006)
 
 
-def test_a_predicted_start_that_leads_astray_is_left_soon():
-    """It took 19 of 62 tangents in the last step of a coarse belt: softened ones, too,
-    count for a predicted start."""
-    path = belt(40, steps=(2, 6), **LAW)
-    found = take(path)
-    assert found.arrived and found.halvings == 0
-    assert found.tangents <= 52 and found.iterations <= 43
-
-
 def test_a_belt_with_a_law_at_points_takes_few_iterations():
     """685 before: solves start from one with a soft coefficient and softened tangents."""
     path = belt(134)

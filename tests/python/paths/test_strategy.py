@@ -1,6 +1,5 @@
 """What load steps try before they halve a step."""
 
-import dataclasses
 import io
 import sys
 from pathlib import Path as Place
@@ -19,7 +18,6 @@ from raymortar.diagnose.trouble import is_hopeless, is_in_trouble
 from raymortar.paths.soft_start import with_line_search
 from raymortar.paths.strategy import FULL, SMALL_GAMMA, VISCOUS
 from raymortar.solvers import iterative
-from raymortar.solvers.settings import temporarily
 
 sys.path.append(str(Place(__file__).parents[3] / "benchmarks" / "robustness"))
 
@@ -55,32 +53,6 @@ FALLING = [10.0**-k for k in range(9)]
 def test_trouble_is_told_from_what_converges(norms, trouble, hopeless):
     assert is_in_trouble(norms) == trouble
     assert is_hopeless(norms) == hopeless
-
-
-@pytest.mark.quick
-def test_a_predicted_solve_ends_where_it_strays():
-    """A solve from the accepted state goes on for longer."""
-    problem = cycling("triangle", raymortar.SNESSolver).problem
-    convergence = problem.convergence
-    problem.start()
-    x, b = problem.create_vector(), problem.create_vector()
-    problem.F(x, b)
-    convergence.norms.clear()
-    strays = []
-    with temporarily(convergence, patient=False, predicted=True):
-        for norm in (9.0, 1.0, 8.0, 2.0, 7.0, 3.0, 6.0, 4.0, 5.0):
-            residual = np.zeros_like(convergence.now.residual)
-            residual[0] = norm
-            now = dataclasses.replace(
-                convergence.now, residual=residual, lacking=np.zeros(1)
-            )
-            convergence.now = now
-            convergence.accept()
-            convergence.norms.clear()  # as a softened tangent does
-            strays.append(convergence.is_stuck)
-        assert strays == 8 * [False] + [True]
-        convergence.predicted = False
-        assert not convergence.is_stuck
 
 
 @pytest.mark.quick
