@@ -1,13 +1,39 @@
-"""Attributes of a contact that have moved to one of its parts."""
+"""Attributes of contacts, problems and solvers that have moved."""
 
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
+from functools import partial
+from operator import attrgetter
+from pkgutil import resolve_name
 from typing import Any
 
-# Names that have moved, with the attribute that has them now
-_OWNERS = {
-    name: owner
+import numpy as np
+
+from .core.compat import Array
+from .core.interaction import Interaction
+from .core.problem import CoupledProblem
+from .core.solvers.solver import CoupledSolver
+
+
+def _own_couplings(contact: Interaction) -> Array:
+    """Coupling of each row of the forms to its field, (owned rows,)."""
+    system = contact.system
+    found = np.zeros(system.layout.n)
+    for field, row in zip(system.unknowns.fields(), system.volume.couplings):
+        found[field.rows] = row[field.rows]
+    return found
+
+
+def _function(place: str) -> Callable[[Any], Callable[..., Any]]:
+    """A function by its place, of which the object is the first argument."""
+    return lambda thing: partial(resolve_name(place), thing)
+
+
+# Names that have moved, with where they are now and what finds them
+_OF_CONTACT: dict[str, tuple[str, Callable[[Any], Any]]] = {
+    name: (f"contact.{owner}.{name}", attrgetter(f"{owner}.{name}"))
     for owner, names in {
         "system": "add_tangent assemble_residual axisymmetric bodies constrained cpp "
         "extend_room free_bodies preallocations prepare require_mesh revision "
@@ -21,19 +47,50 @@ _OWNERS = {
     }.items()
     for name in names.split()
 }
-
-
-def find(contact: Any, name: str) -> Any:
-    """Find an attribute of a contact that has moved, with a DeprecationWarning at the
-    line that asks for it."""
-    owner = _OWNERS.get(name)
-    if owner is None:
-        kind = type(contact).__name__
-        raise AttributeError(f"{kind!r} object has no attribute {name!r}")
-    # This function, the hook that calls it, and the contact's own
-    warnings.warn(
-        f"contact.{name} has moved: use contact.{owner}.{name}",
-        DeprecationWarning,
-        stacklevel=4,
+_OF_CONTACT["own_couplings"] = "contact.system.volume.couplings", _own_couplings
+_OF_CONTACT["translation_forces"] = (
+    "contact.system.volume.translation",
+    attrgetter("system.volume.translation"),
+)
+# Methods that are functions now
+_OF_PROBLEM, _OF_SOLVER = (
+    {
+        place.split(".")[-1]: (f"{place}({what}, ...)", _function(place))
+        for place in places
+    }
+    for what, places in (
+        ("problem", ["raymortar.diagnose.failure.as_part"]),
+        (
+            "solver",
+            [
+                "raymortar.solvers.one_tangent.linearise",
+                "raymortar.solvers.one_tangent.correct",
+            ],
+        ),
     )
-    return getattr(getattr(contact, owner), name)
+)
+_KINDS: dict[str, tuple[type, dict[str, tuple[str, Callable[[Any], Any]]]]] = {
+    "contact": (Interaction, _OF_CONTACT),
+    "problem": (CoupledProblem, _OF_PROBLEM),
+    "solver": (CoupledSolver, _OF_SOLVER),
+}
+
+
+def find(thing: Any, name: str) -> Any:
+    """Find an attribute of a contact, problem or solver that has moved, with a
+    DeprecationWarning at the line that asks for it.
+
+    Raises
+    ------
+    AttributeError
+        That of the object, where the name has not moved.
+    """
+    for what, (kind, moved) in _KINDS.items():
+        if isinstance(thing, kind) and name in moved:
+            now, get = moved[name]
+            # This function, the hook that calls it, and the object's own
+            warnings.warn(
+                f"{what}.{name} has moved: use {now}", DeprecationWarning, stacklevel=4
+            )
+            return get(thing)
+    return object.__getattribute__(thing, name)

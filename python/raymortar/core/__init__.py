@@ -11,7 +11,7 @@ to read it:
 - target: masters, facets or others
 - system: rows and matrices of contact; terms: the protocol of what else has any
 - problem, nonlinear_problem: residual and tangent of forms and contact
-- states, state: the accepted step, as named arrays
+- states, state: the accepted step, as named arrays; interactions: a former place
 - solvers: Newton's method; convergence: its end
 - hooks: where floors are told; finding, errors: what is said
 - compat: differences between versions of DOLFINx

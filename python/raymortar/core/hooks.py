@@ -148,7 +148,8 @@ class Hooks:
     names
         Names the groups of rows of a coupled system, for messages.
     moved
-        Finds an attribute of a contact that is none any more, or raises an error.
+        Finds an attribute of a contact, problem or solver that is none any more, or raises
+        an error.
     results, reactions
         Makes the results of a contact, or of several in one problem; finds the forces of
         a problem's supports by name. None: no results.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -144,6 +144,12 @@ class CoupledProblem:
             f"<{type(self).__name__} for {solved_for}, {unknowns} unknowns, "
             f"{n} Dirichlet condition{'' if n == 1 else 's'}, {self.contact!r}>"
         )
+
+    # Type checkers do not see names that have moved
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            return hooks.moved(self, name)
 
     @property
     def comm(self) -> MPI.Comm:

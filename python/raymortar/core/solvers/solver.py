@@ -6,7 +6,7 @@ import sys
 import weakref
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -62,6 +62,12 @@ class CoupledSolver(ABC):
         # Factors of the rows, where the solver weighs them; errors of what PETSc calls
         self.scale: PETSc.Vec | None = None
         self.raised: list[Exception] = []
+
+    # Type checkers do not see names that have moved
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            return hooks.moved(self, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         for check in hooks.on_setting:
@@ -214,7 +220,7 @@ def require_problem(problem: Any, remedy: str = "") -> None:
 def _check_input(name: str, problem: Any, options: Any) -> None:
     """Raise unless problem and options suit a solver, on all ranks. Collective."""
     remedy = f": {name}(problem)" if isinstance(problem, MPI.Comm) else ""
-    if hasattr(problem, "attach"):  # as of a CondensedProblem
+    if hasattr(type(problem), "attach"):  # as of a CondensedProblem
         remedy = ": problem.attach(snes) gives its equations to a solver of your own"
     require_problem(problem, remedy)
     known = options is None or isinstance(options, Mapping)
