@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from ..core.solvers.newton import SNESSolver
-from ..diagnose.failure import FAILURES
+from ..diagnose.failure import FAILURES, iterations_of
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .load_path import PrescribedPath
@@ -114,12 +114,11 @@ class FadingForces(Strategy):
 
     def _each(self) -> int:
         """Solve once, if need be by a small gamma."""
-        assert self.forces is not None
         solver, sizes = self._path.solver, self._path.sizes
         contact = solver.problem.contact
         now = contact.state()
         try:
-            return self.forces.solve_roughly()
+            return iterations_of(solver)
         except FAILURES as failure:
             is_lost = not is_curable(failure, solver, sizes.is_smallest)
             if self._small_gamma is None or is_lost:

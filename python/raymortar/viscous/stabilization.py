@@ -8,7 +8,6 @@ from typing import Any
 from ..core.errors import ConvergenceError, SetUpError
 from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import has_no_springs, touched
-from ..solvers.settings import temporarily
 from .budget import Budget
 from .held_motions import SETTLED, HeldMotions
 
@@ -17,10 +16,6 @@ SHARE = 1e-4
 
 # Factors on the forces from one solve to the next: usual, and after a failure
 FADES, SLOWLY = 0.1, 0.5
-
-# Relative tolerance of solves whose solution is the start of the next one
-# (docs/measured/load_steps.md)
-ROUGH = 1e-4
 
 # Share of all forces below which a step may end
 REST = 1e-6
@@ -44,8 +39,7 @@ class Stabilization(HeldMotions):
     """Solve steps in several solves under fading viscous forces. Collective.
 
     Bodies that only contact holds find their place: no solve moves them further than
-    contact is found, and the forces fade as they move less. These solves are rough, as
-    each makes a start for the next one. The step ends, with an exact solve, when one
+    contact is found, and the forces fade as they move less. The step ends when a solve
     without the forces moves hardly anything, when the forces are negligible, or when
     forces on one cell hold a motion that nothing else resists and nothing drives. Such
     forces stay in the next steps, which are solved as those of held bodies.
@@ -87,12 +81,6 @@ class Stabilization(HeldMotions):
         self.share = 0.0
         return self._within(self._plain, self._limit)
 
-    def solve_roughly(self) -> int:
-        """Solve once for a state to go on from; return the iterations. Collective."""
-        rtol, atol = self._solver.tolerances
-        with temporarily(self._solver, tolerances=(max(ROUGH, rtol), atol)):
-            return self._plain()
-
     def solve(self, each: Callable[[], int] | None = None) -> int:
         """Solve one step under the forces, each time by `each`; return all iterations.
         Collective."""
@@ -100,7 +88,7 @@ class Stabilization(HeldMotions):
         self._begun = self._problem.tangents
         self._fading.begin()
         scale, iterations, work = SHARE * self._factor, 0, 0.0
-        most, each = self._most or MOST, each or self.solve_roughly
+        most, each = self._most or MOST, each or self._plain
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, each)
@@ -127,11 +115,8 @@ class Stabilization(HeldMotions):
                 self.work += work
                 self.has_caught = self.has_loose
                 if last is None:
-                    # No solve follows, which would be exact
-                    with self._viscosity.acting(scale):
-                        last = self._plain()
-                    self.share = self._viscosity.measure()[1]
-                return iterations + last
+                    self.share = share
+                return iterations + (last or 0)
             if in_flight:
                 self._contact.advance()  # a flight is no slip
             # Forces that let motions keep to their limit. Where weaker ones have just

@@ -6,7 +6,6 @@ from load_paths import resting, top_moves, under_a_press
 from problems import CELLS_2D, SOLVERS, worst
 
 from raymortar import ContactError, ConvergenceError, Coulomb, History, LoadSteps
-from raymortar.viscous import stabilization
 
 GAPS = [0.0, 1e-6, 0.1, 5.0]
 
@@ -57,24 +56,6 @@ def test_viscous_forces_take_the_energy_of_the_fall():
     # The second one has next to no way to go
     assert np.diff(history["viscous_work"])[0] < 1e-3 * weight * gap
     assert (history["viscous_share"] <= 1e-6).all()
-
-
-@pytest.mark.parametrize("asked_for", [True, None])
-def test_solves_on_the_way_are_rough_and_the_last_one_is_exact(asked_for, monkeypatch):
-    """Each of them only makes a start, so that rough ones end at the same place."""
-    found, tangents = [], []
-    for rough in (0.0, stabilization.ROUGH):
-        monkeypatch.setattr(stabilization, "ROUGH", rough)
-        problem, steps, weight = resting(
-            "triangle", 0.1, Coulomb(0.3), stabilize=asked_for
-        )
-        steps.run()
-        lands(problem, weight)
-        assert problem.history[-1] <= 1e-9 * weight
-        found.append(problem.contact.u.x.array.copy())
-        tangents.append(problem.tangents)
-    assert worst(found[1] - found[0]) <= 1e-9 * worst(found[0])
-    assert tangents[1] < tangents[0]
 
 
 @pytest.mark.mpi
