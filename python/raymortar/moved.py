@@ -26,13 +26,16 @@ def _own_couplings(contact: Interaction) -> Array:
     return found
 
 
-def _function(place: str) -> Callable[[Any], Callable[..., Any]]:
-    """A function by its place, of which the object is the first argument."""
-    return lambda thing: partial(resolve_name(place), thing)
+# Where an attribute is now, in words, and what finds it
+Place = tuple[str, Callable[[Any], Any]]
 
 
-# Names that have moved, with where they are now and what finds them
-_OF_CONTACT: dict[str, tuple[str, Callable[[Any], Any]]] = {
+def _function(what: str, place: str) -> Place:
+    """A method that is a function now, by its place: its object is the first argument."""
+    return f"{place}({what}, ...)", lambda thing: partial(resolve_name(place), thing)
+
+
+_OF_CONTACT: dict[str, Place] = {
     name: (f"contact.{owner}.{name}", attrgetter(f"{owner}.{name}"))
     for owner, names in {
         "system": "add_tangent assemble_residual axisymmetric bodies constrained cpp "
@@ -52,24 +55,12 @@ _OF_CONTACT["translation_forces"] = (
     "contact.system.volume.translation",
     attrgetter("system.volume.translation"),
 )
-# Methods that are functions now
-_OF_PROBLEM, _OF_SOLVER = (
-    {
-        place.split(".")[-1]: (f"{place}({what}, ...)", _function(place))
-        for place in places
-    }
-    for what, places in (
-        ("problem", ["raymortar.diagnose.failure.as_part"]),
-        (
-            "solver",
-            [
-                "raymortar.solvers.one_tangent.linearise",
-                "raymortar.solvers.one_tangent.correct",
-            ],
-        ),
-    )
-)
-_KINDS: dict[str, tuple[type, dict[str, tuple[str, Callable[[Any], Any]]]]] = {
+_OF_PROBLEM = {"as_part": _function("problem", "raymortar.diagnose.failure.as_part")}
+_OF_SOLVER = {
+    name: _function("solver", f"raymortar.solvers.one_tangent.{name}")
+    for name in ("linearise", "correct")
+}
+_KINDS: dict[str, tuple[type, dict[str, Place]]] = {
     "contact": (Interaction, _OF_CONTACT),
     "problem": (CoupledProblem, _OF_PROBLEM),
     "solver": (CoupledSolver, _OF_SOLVER),
