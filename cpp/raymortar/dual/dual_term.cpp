@@ -185,7 +185,12 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
     if (s.elements.master[e] != no_index)
       on(s.elements.slave[e]).push_back(s.elements.master[e]);
   for (const Segment& segment : s.segmentation.segments)
+  {
     on(segment.slave).push_back(segment.master);
+    for (const Break& one : s.segmentation.breaks_of(segment))
+      if (one.moves())
+        on(segment.slave).push_back(one.master);
+  }
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {
     if (not _facets.empty() and not _facets[static_cast<std::size_t>(f)].varies)

@@ -163,7 +163,8 @@ Mat<1, T> area_slope(std::span<const Vec<2>> polygon, std::size_t v)
   }
 }
 
-/// ds through the vertices of one segment, over the unknowns [slave | target]
+/// ds through the vertices that one target moves, over the unknowns [slave |
+/// target]
 template <int D>
 std::vector<double> share_slope(const ContactState& s, const Segment& of,
                                 const SegmentTarget<D>& target)
@@ -176,7 +177,7 @@ std::vector<double> share_slope(const ContactState& s, const Segment& of,
   Eigen::RowVectorXd ds = Eigen::RowVectorXd::Zero(side + other);
   for (std::size_t v = 0; v < polygon.size(); ++v)
   {
-    if (s.segmentation.breaks[begin + v].motion == Break::Motion::fixed)
+    if (not target.moves(begin + v))
       continue;
     const Mat<1, D - 1> by_xi = area_slope<D - 1>(polygon, v);
     const auto motion = target.motion(begin + v);
@@ -189,14 +190,18 @@ std::vector<double> share_slope(const ContactState& s, const Segment& of,
 }
 
 template <int D>
-ShareSlope share_slope(const ContactState& s, const Segment& of,
-                       const Eigen::MatrixXd& change)
+void add_slopes(const ContactState& s, const Segment& of,
+                const Eigen::MatrixXd& change, std::vector<ShareSlope>& slopes)
 {
-  const SegmentTarget<D> target(s, of);
-  return {of.slave,
-          target.number(),
-          {change.data(), change.data() + change.size()},
-          share_slope<D>(s, of, target)};
+  visit_targets<D>(s, of,
+                   [&](const SegmentTarget<D>& target)
+                   {
+                     slopes.push_back(
+                         {of.slave,
+                          target.number(),
+                          {change.data(), change.data() + change.size()},
+                          share_slope<D>(s, of, target)});
+                   });
 }
 
 /// Nodal tractions of a facet, (components, nodes)
@@ -263,8 +268,10 @@ std::vector<ShareSlope> share_slopes(const ContactState& s,
       continue;
     const Eigen::MatrixXd change =
         -tractions(s, f) * matrices(s, cover, unit, f, side).slope;
-    slopes.push_back(s.slave.gdim == 2 ? share_slope<2>(s, segment, change)
-                                       : share_slope<3>(s, segment, change));
+    if (s.slave.gdim == 2)
+      add_slopes<2>(s, segment, change, slopes);
+    else
+      add_slopes<3>(s, segment, change, slopes);
   }
   return slopes;
 }

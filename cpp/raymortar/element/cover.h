@@ -45,7 +45,8 @@ enum class RimSide
 cover_blocks(const ContactState& s, const CoverData& cover,
              RimSide side = RimSide::beyond);
 
-/// @brief What the motion of one segment changes in its facet's block.
+/// @brief What the vertices of one segment that move with one target change in
+/// its facet's block.
 struct ShareSlope
 {
   Index slave;

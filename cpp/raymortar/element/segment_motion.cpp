@@ -142,9 +142,23 @@ void SegmentMotion<D>::to_facet(std::size_t vertex, Sum& sum, int size) const
 template <int D>
 void SegmentMotion<D>::flush(const Element& e, const Segment& of)
 {
-  const ContactState& s = _state;
-  const SegmentTarget<D> target(s, of);
-  const Index hit = target_of(s, e.number);
+  _points.share_centre(
+      [&](std::size_t v, double share)
+      {
+        for (std::size_t t = 0; t < T; ++t)
+          for (std::size_t r = 0; r < std::size_t(e.size); ++r)
+            _by_vertex[v][t][r] += share * _by_vertex[Points::centre][t][r];
+      });
+  visit_targets<D>(_state, of,
+                   [&](const SegmentTarget<D>& target)
+                   { add_motion(e, of, target); });
+}
+
+template <int D>
+void SegmentMotion<D>::add_motion(const Element& e, const Segment& of,
+                                  const SegmentTarget<D>& target)
+{
+  const Index hit = target_of(_state, e.number);
   const bool own = target.number() == hit;
   const auto columns = static_cast<int>(target.unknowns());
   const int size = e.alone + columns;
@@ -153,17 +167,10 @@ void SegmentMotion<D>::flush(const Element& e, const Segment& of)
     std::fill_n(_coupling.begin(), size * size, 0.0);
     std::fill_n(_hit_rows.begin(), (e.size - e.alone) * columns, 0.0);
   }
-  _points.share_centre(
-      [&](std::size_t v, double share)
-      {
-        for (std::size_t t = 0; t < T; ++t)
-          for (std::size_t r = 0; r < std::size_t(e.size); ++r)
-            _by_vertex[v][t][r] += share * _by_vertex[Points::centre][t][r];
-      });
   for (std::size_t v = 0; v < static_cast<std::size_t>(of.size); ++v)
   {
     const std::size_t at = static_cast<std::size_t>(of.begin) + v;
-    if (s.segmentation.breaks[at].motion == Break::Motion::fixed)
+    if (not target.moves(at))
       continue;
     const AnyVertexMotion<D> motion = target.motion(at);
     const auto by_target = target.columns(motion);

@@ -97,6 +97,10 @@ private:
 
   void flush(const Element& e, const Segment& of);
 
+  /// Share of the vertices that one facet moves
+  void add_motion(const Element& e, const Segment& of,
+                  const SegmentTarget<D>& target);
+
   const ContactState& _state;
   bool _is_map;
   FlatMap<Plane> _map;

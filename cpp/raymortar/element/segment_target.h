@@ -7,17 +7,19 @@
 
 namespace raymortar
 {
-/// @brief The facet that has cut a segment, and its unknowns.
+/// @brief A facet that vertices of a segment move with, and its unknowns.
 template <int D>
 class SegmentTarget
 {
 public:
-  SegmentTarget(const ContactState& s, const Segment& of)
-      : _state(s), _segment(of), _facet(s.master, s.master.x, of.master)
+  /// @param[in] master Of the breaks of the segment
+  SegmentTarget(const ContactState& s, const Segment& of, Index master)
+      : _state(s), _segment(of), _master(master),
+        _facet(s.master, s.master.x, master)
   {
     if (not s.has_tools())
       return;
-    _tool = s.master.body_of(of.master);
+    _tool = s.master.body_of(master);
     _freedom = freedom_of(s.tools[static_cast<std::size_t>(_tool)]);
   }
 
@@ -25,7 +27,7 @@ public:
   [[nodiscard]] Index number() const
   {
     if (not _state.has_tools())
-      return _segment.master;
+      return _master;
     return _freedom ? _tool : no_index;
   }
 
@@ -37,6 +39,13 @@ public:
   }
 
   /// @param[in] vertex Number in the segmentation
+  [[nodiscard]] bool moves(std::size_t vertex) const
+  {
+    const Break& hangs_on = _state.segmentation.breaks[vertex];
+    return hangs_on.moves() and hangs_on.master == _master;
+  }
+
+  /// @param[in] vertex One that it moves
   [[nodiscard]] AnyVertexMotion<D> motion(std::size_t vertex) const
   {
     return any_vertex_motion<D>(_state, _segment, _facet, vertex);
@@ -49,10 +58,25 @@ public:
 private:
   const ContactState& _state;
   const Segment& _segment;
+  Index _master;
   AnyFacet<D> _facet;
   Index _tool = no_index;
   const Freedom* _freedom = nullptr;
 };
+
+/// @brief Call visit for each facet that vertices of a segment move with.
+template <int D, class Visit>
+void visit_targets(const ContactState& s, const Segment& of, Visit&& visit)
+{
+  const auto breaks = s.segmentation.breaks_of(of);
+  for (auto one = breaks.begin(); one != breaks.end(); ++one)
+    if (one->moves() and std::none_of(breaks.begin(), one,
+                                      [one](const Break& before) {
+                                        return before.moves() and
+                                               before.master == one->master;
+                                      }))
+      visit(SegmentTarget<D>(s, of, one->master));
+}
 
 /// @brief Whether segments of an element move on the slave: whole facets do
 /// not.
@@ -70,12 +94,9 @@ private:
     last = number;
     const Segment& segment =
         s.segmentation.segments[static_cast<std::size_t>(number)];
-    const auto breaks = std::span(s.segmentation.breaks)
-                            .subspan(static_cast<std::size_t>(segment.begin),
-                                     static_cast<std::size_t>(segment.size));
+    const auto breaks = s.segmentation.breaks_of(segment);
     if (std::any_of(breaks.begin(), breaks.end(),
-                    [](const Break& one)
-                    { return one.motion != Break::Motion::fixed; }))
+                    [](const Break& one) { return one.moves(); }))
       return true;
   }
   return false;

@@ -14,14 +14,18 @@ Unknowns unknowns_of(const ContactState& s, std::size_t e)
                           free_tool_of(s, e));
 }
 
-/// Master whose facet the segment of a point lies on; no_index: no segment
-Index segment_master(const ContactState& s, std::size_t q)
+/// Call visit for each master that vertices of a point's segment move with
+template <class Visit>
+void visit_movers(const ContactState& s, std::size_t q, Visit&& visit)
 {
   const Index segment = s.points.segment[q];
-  return segment == no_index
-             ? no_index
-             : s.segmentation.segments[static_cast<std::size_t>(segment)]
-                   .master;
+  if (segment == no_index)
+    return;
+  const auto breaks = s.segmentation.breaks_of(
+      s.segmentation.segments[static_cast<std::size_t>(segment)]);
+  for (const Break& one : breaks)
+    if (one.moves())
+      visit(one.master);
 }
 
 /// Unknowns of one of these masters, or free tools
@@ -69,26 +73,32 @@ bool is_wanted(const ContactState& s, std::size_t e, const MatrixSink& sink)
     return false;
   const Index slave = s.elements.slave[e], hit = s.elements.master[e];
   const auto points = s.elements.points_of(e);
-  return std::any_of(points.begin(), points.end(),
-                     [&](Index q)
-                     {
-                       const Index m =
-                           segment_master(s, static_cast<std::size_t>(q));
-                       return m != no_index and m != hit and
-                              sink.wants(element_unknowns(slave, m));
-                     });
+  bool wanted = false;
+  for (const Index q : points)
+    visit_movers(s, static_cast<std::size_t>(q),
+                 [&](Index m) {
+                   wanted = wanted or (m != hit and
+                                       sink.wants(element_unknowns(slave, m)));
+                 });
+  return wanted;
 }
 
-/// A point of a segment may hit another master, between the chord of an edge
-/// and the true edge, or a nearer one: with moving segments the rows of the
-/// master that is hit have columns of the segment's master
+/// A point of a segment may hit another master than those its vertices move
+/// with, between the chord of an edge and the true edge, or beside a nearer
+/// layer: the rows of the master that is hit have columns of the others
 void add_couplings(const ContactState& s, PatternNeeds& needs)
 {
   for (std::size_t q = 0; q < s.points.size(); ++q)
   {
-    const Index hit = s.hits.master[q], own = segment_master(s, q);
-    if (hit != no_index and own != no_index and own != hit)
-      needs.couplings.push_back({s.points.slave[q], hit, own});
+    const Index hit = s.hits.master[q];
+    if (hit == no_index)
+      continue;
+    visit_movers(s, q,
+                 [&](Index m)
+                 {
+                   if (m != hit)
+                     needs.couplings.push_back({s.points.slave[q], hit, m});
+                 });
   }
 }
 } // namespace
@@ -101,9 +111,15 @@ void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   // All facets meet the free tools in the pattern anyway
   if (not _has_moving_segments or s.has_tools())
     return;
-  // Vertices of a segment move with its master, wherever its points hit
+  // Wherever its points hit, vertices of a segment move with its master or with
+  // a nearer one
   for (const Segment& segment : s.segmentation.segments)
+  {
     needs.pairs.push_back({segment.slave, segment.master});
+    for (const Break& one : s.segmentation.breaks_of(segment))
+      if (one.moves() and one.master != segment.master)
+        needs.pairs.push_back({segment.slave, one.master});
+  }
   add_couplings(s, needs);
 }
 

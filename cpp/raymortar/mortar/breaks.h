@@ -25,7 +25,9 @@ struct Break
   Vec<2> eta = Vec<2>::Zero();
   Vec<2> along_s = Vec<2>::Zero(); ///< of the slave's edge in xi; crossing
   Vec<2> along_m = Vec<2>::Zero(); ///< of the master's edge in eta; crossing
+  Index master = no_index;         ///< the segment's own, or of a nearer layer
 
+  [[nodiscard]] bool moves() const { return motion != Motion::fixed; }
   [[nodiscard]] bool is_flat() const
   {
     return motion == Motion::flat_corner or motion == Motion::flat_crossing;

@@ -207,16 +207,17 @@ private:
   void emit(Index facet, std::int8_t slave_patch, const SlavePatch<S>& patch,
             const typename S::NodeMatrix& nodes, const Piece<D>& piece)
   {
-    const MasterPatch<S> master(_master, piece.master,
-                                static_cast<std::size_t>(piece.master_patch),
-                                patch.plane);
+    const MasterPatch<S> master = seen_by(patch, piece);
     const Region<D>& region = piece.region;
     const auto n = static_cast<std::size_t>(region.size);
     _polygon.clear();
     for (std::size_t i = 0; i < n; ++i)
     {
-      const Vertex<T> v = vertex(patch, nodes, master, region.provenance[i],
-                                 RefPoint(region.points[i]));
+      const RefPoint at(region.points[i]);
+      const Vertex<T> v =
+          region.provenance[i].kind == Provenance::Kind::cut
+              ? cut_vertex(patch, nodes, at)
+              : vertex(patch, nodes, master, region.provenance[i], at);
       Vec<2> xi = Vec<2>::Zero();
       xi.template head<T>() = v.xi;
       _polygon.push_back({xi, region.provenance[i], v.hangs_on});
@@ -237,6 +238,30 @@ private:
       add_rivals(piece.master);
     _out.segments.push_back({facet, piece.master, slave_patch,
                              piece.master_patch, begin, region.size});
+  }
+
+  [[nodiscard]] MasterPatch<S> seen_by(const SlavePatch<S>& patch,
+                                       const Piece<D>& piece) const
+  {
+    return MasterPatch<S>(_master, piece.master,
+                          static_cast<std::size_t>(piece.master_patch),
+                          patch.plane);
+  }
+
+  /// A nearer layer ends here: the vertex is that of its own piece. In space a
+  /// vertex may lie within an edge of the other polygon, and is fixed
+  [[nodiscard]] Vertex<T> cut_vertex(const SlavePatch<S>& patch,
+                                     const typename S::NodeMatrix& nodes,
+                                     const RefPoint& at) const
+  {
+    if constexpr (D == 2)
+      for (const Piece<D>& piece : _pieces)
+        for (std::size_t i = 0; i < 2; ++i)
+          if (const Provenance& from = piece.region.provenance[i];
+              from.kind != Provenance::Kind::cut and
+              piece.region.points[i] == at[0])
+            return vertex(patch, nodes, seen_by(patch, piece), from, at);
+    return {patch.to_reference(at), {}};
   }
 
   /// Corners of the slave are exact; everything else is mapped back, and moved
@@ -279,6 +304,7 @@ private:
   {
     v.hangs_on.eta.template head<T>() = master.eta[corner];
     v.hangs_on.motion = Break::Motion::corner;
+    v.hangs_on.master = master.facet;
     if (S::affine)
       return v;
     if (not ray_through<S>(nodes, master.corners[corner], v.xi))
@@ -305,13 +331,13 @@ private:
         not _master.cross(nodes, edge_s, master.facet, edge_m, s, t))
     {
       v.hangs_on = {Break::Motion::flat_crossing, edge_m.begin, edge_s.along,
-                    edge_m.along};
+                    edge_m.along, master.facet};
       return v;
     }
     if (not is_flat)
       v.xi = edge_s.at(s);
     v.hangs_on = {Break::Motion::crossing, edge_m.at(t), edge_s.along,
-                  edge_m.along};
+                  edge_m.along, master.facet};
     return v;
   }
 

@@ -65,6 +65,12 @@ struct Segmentation
   bool hang_on_past = false; ///< layers were chosen by the old positions
   std::int64_t clipped = 0;  ///< patch pairs that were clipped
 
+  [[nodiscard]] std::span<const Break> breaks_of(const Segment& segment) const
+  {
+    return std::span(breaks).subspan(static_cast<std::size_t>(segment.begin),
+                                     static_cast<std::size_t>(segment.size));
+  }
+
   /// Tiles on which a polygon is integrated
   [[nodiscard]] Tiles tiles(const Segment& segment) const
   {

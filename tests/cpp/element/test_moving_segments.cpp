@@ -17,6 +17,13 @@ enum class Hit
   none
 };
 
+/// Masters of which the further one is seen beside the nearer
+enum class Masters
+{
+  one,
+  two
+};
+
 /// Two plates that cover each other in part, turned against each other, with
 /// nodes displaced at random: all vertices of their segments move
 template <class F>
@@ -31,18 +38,26 @@ class Plates
   static constexpr int size = alone + side;
 
 public:
-  Plates(std::mt19937& random, Hit hit) : _hit(hit)
+  Plates(std::mt19937& random, Hit hit, Masters masters) : _hit(hit)
   {
+    const bool layered = masters == Masters::two;
     const Grid grid{F::shape, F::degree, F::node_degree, 2, true};
     _state.slave = make_surface(grid, plate(0.5, 0.0));
-    _state.master =
-        make_surface({grid.shape, grid.degree, grid.node_degree, 2, false},
-                     [](double s, double t)
-                     {
-                       const double x = 1.1 * s - 0.4;
-                       const double y = 0.9 * t - 0.3;
-                       return Vec<3>(x - 0.3 * y, y + 0.3 * x, 0.1);
-                     });
+    _state.master = make_surface(
+        {grid.shape, grid.degree, grid.node_degree, layered ? 1 : 2, false},
+        [](double s, double t)
+        {
+          const double x = 1.1 * s - 0.4;
+          const double y = 0.9 * t - 0.3;
+          return Vec<3>(x - 0.3 * y, y + 0.3 * x, 0.1);
+        });
+    // One facet of it reaches beyond the slave
+    if (layered)
+      _state.master = joined(
+          _state.master,
+          make_surface({grid.shape, grid.degree, grid.node_degree, 1, false},
+                       [](double s, double t)
+                       { return Vec<3>(6.0 * s - 1.0, 6.0 * t - 1.0, 0.4); }));
     _start = Vector::Zero(num_unknowns());
     for (double& value : _start)
       value = random_vector<1>(random, 0.02)[0];
@@ -228,13 +243,14 @@ private:
 };
 
 template <class F>
-void expect_derivative_of_sum(unsigned seed, Hit hit)
+void expect_derivative_of_sum(unsigned seed, Hit hit,
+                              Masters masters = Masters::one)
 {
   std::mt19937 random(seed);
-  Plates<F> plates(random, hit);
+  Plates<F> plates(random, hit, masters);
   const Matrix J = plates.derivative();
   EXPECT_GT(J.norm(), 0.1);
-  EXPECT_EQ(plates.couplings() > 0, hit != Hit::own);
+  EXPECT_EQ(plates.couplings() > 0, hit != Hit::own or masters == Masters::two);
   // Along some directions, of all displacements at once
   Matrix directions(plates.start().size(), 4);
   for (double& value : directions.reshaped())
@@ -248,9 +264,16 @@ template <class F>
 class MovingSegmentsTest : public testing::Test
 {
 };
+
+template <class F>
+class MovingSegmentsInThePlaneTest : public testing::Test
+{
+};
+using PlaneFacets = testing::Types<Interval1, Interval2>;
 } // namespace
 
 TYPED_TEST_SUITE(MovingSegmentsTest, AllFacets, );
+TYPED_TEST_SUITE(MovingSegmentsInThePlaneTest, PlaneFacets, );
 
 TYPED_TEST(MovingSegmentsTest, PointsAndWeightsFollowTheVertices)
 {
@@ -265,4 +288,11 @@ TYPED_TEST(MovingSegmentsTest, ColumnsOfAnotherMasterAreHandedOn)
 TYPED_TEST(MovingSegmentsTest, PointsWithoutHitFollowTheMasterOfTheirSegment)
 {
   expect_derivative_of_sum<TypeParam>(3, Hit::none);
+}
+
+// In space such vertices are fixed: theory 3, (a)
+TYPED_TEST(MovingSegmentsInThePlaneTest, WhatIsSeenBesideANearerLayer)
+{
+  expect_derivative_of_sum<TypeParam>(4, Hit::own, Masters::two);
+  expect_derivative_of_sum<TypeParam>(5, Hit::other, Masters::two);
 }
