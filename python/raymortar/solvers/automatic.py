@@ -67,13 +67,14 @@ _BODIES = {
     # The order of PETSc up to 3.18, which ignores the option: without, iterations
     # grow
     "displacement_levels_pc_gamg_mis_k_minimum_degree_ordering": 1,
-    "displacement_levels_pc_gamg_coarse_eq_limit": 1000,
+    "displacement_levels_pc_gamg_coarse_eq_limit": 3000,
     # Only the interpolations are used
     "displacement_levels_mg_levels_ksp_type": "richardson",
     "displacement_levels_mg_levels_pc_type": "none",
     "displacement_levels_mg_coarse_pc_type": "none",
     "near_pc_type": "lu",
     "near_pc_factor_mat_solver_type": "mumps",
+    "near_mat_mumps_icntl_6": 0,
     "near_mat_mumps_icntl_14": 60,
 }
 

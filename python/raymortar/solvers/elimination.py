@@ -122,7 +122,7 @@ class BodiesPreconditioner(KnowsProblem):
         self._most = table.getInt("bodies_most", PRICE)
         self.solver = inner_solver(pc, "displacement_")
         self.solver.setType("preonly")
-        self._renew_levels(self.solver.getOptionsPrefix())
+        self._renew_levels(A, self.solver.getOptionsPrefix())
         S = self._eliminate(A)
         self.solver.setOperators(S)
         # Springs in place of multipliers are as stiff as the surface of the volume,
@@ -224,7 +224,7 @@ class BodiesPreconditioner(KnowsProblem):
         rows = PETSc.IS().createGeneral(at, comm=A.comm)
         self._near_contact = finished(pc, "near_", A.createSubMatrix(rows, rows))
 
-    def _renew_levels(self, prefix: str) -> None:
+    def _renew_levels(self, A: PETSc.Mat, prefix: str) -> None:
         """Make levels where there are none that serve, while no S is in memory.
         Collective."""
         worn = self._fresh > WORN * self._first + SPARE
@@ -233,7 +233,8 @@ class BodiesPreconditioner(KnowsProblem):
             if self.contact.layout.comm.allreduce(int(worn or not same)):
                 self._destroy("levels")
         if self.levels is None:
-            self.levels = BodiesLevels(self.problem, f"{prefix}levels_")
+            tangent = A, self.row_scale
+            self.levels = BodiesLevels(self.problem, f"{prefix}levels_", *tangent)
             self._first = 0
 
     @property

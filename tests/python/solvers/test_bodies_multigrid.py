@@ -143,6 +143,36 @@ def test_products_of_the_volume_serve_once_and_only_for_the_same_bodies(
         assert len(found) == len(operators) - 1 or factor != 1.0
 
 
+@pytest.mark.mpi
+@pytest.mark.parametrize("method", METHODS)
+def test_levels_of_degree_2_take_the_bodies_part_of_the_tangent(method):
+    """The tangent less contact's own, without the room that contact has in it."""
+    problem = blocks(method=METHODS[method](), friction=Coulomb(0.3))
+    solved(problem, solvers.direct())
+    coupled = problem.problem
+    A, x = coupled.create_matrix(), coupled.start()
+    coupled.J(x, A)
+    K = fem.petsc.assemble_matrix(coupled.a, bcs=coupled.bcs)
+    K.assemble()
+    own = levels_of.without_contact(coupled, A, None)
+    given, image = K.createVecs()
+    given.array[:] = np.random.default_rng(COMM.rank).random(given.local_size)
+    K.mult(given, image)
+    found = image.duplicate()
+    own.mult(given, found)
+    assert worst(found.array - image.array) <= 1e-12 * worst(image.array)
+    assert entries(own) > entries(K) and own.getBlockSizes() == K.getBlockSizes()
+    step = LinearInterpolation(problem.u.function_space, coupled.constrained)
+    with_room, bare = (step.product(one) for one in (own, K))
+    assert entries(with_room) > entries(bare)
+    assert entries(levels_of._without_room(with_room)) <= entries(bare)
+
+
+def entries(A):
+    """How many entries a matrix has room for."""
+    return A.getInfo(PETSc.Mat.InfoType.GLOBAL_SUM)["nz_used"]
+
+
 # Answers and iterations
 
 

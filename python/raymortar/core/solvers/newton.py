@@ -95,7 +95,7 @@ class NewtonSolver(CoupledSolver):
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
-            this()._judge()
+            this()._judge(x, b)
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
             take_tangent(problem, x, A, this().krylov_solver)
@@ -158,12 +158,14 @@ class NewtonSolver(CoupledSolver):
                 return len(history) - 1, None if end.args[0] else ", and was stopped"
         raise AssertionError("an error is raised at the end of the block")
 
-    def _judge(self) -> None:
+    def _judge(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """End the solve if the last residual is small enough, or if it is stuck.
 
         DOLFINx's own norm mixes lengths and forces.
         """
         if self.convergence_criterion == "residual":
+            if self.correct is not None:
+                self.correct(x, b)
             convergence = self.problem.convergence
             convergence.accept()
             has_converged = convergence.reached(self.rtol, self.force_tolerance)
@@ -208,7 +210,7 @@ def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
 
 
 def _convergence_test(
-    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
+    this: Callable[[], SNESSolver], snes: PETSc.SNES, floor: float
 ) -> Callable[..., int]:
     """Convergence test for a SNES whose options are in PETSc's table.
 
@@ -225,10 +227,12 @@ def _convergence_test(
         size, step, norm = norms
         rtol, given, stol, _ = snes.getTolerances()
         atol = None if given == floor else given
-        convergence, history = problem_of().convergence, problem_of().history
-        convergence.accept()
-        if not np.isfinite(norm):
+        problem = this().problem
+        convergence, history = problem.convergence, problem.history
+        if not (np.isfinite(norm) and this().corrected()):
+            convergence.accept()
             return NOT_A_NUMBER
+        convergence.accept()
         if convergence.reached(rtol, atol):
             return reasons.CONVERGED_FNORM_RELATIVE
         first = next((norm for norm in history if norm > convergence.floor), 0.0)
@@ -303,7 +307,8 @@ class SNESSolver(CoupledSolver):
         # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:
-            test = _convergence_test(self._problem, self.snes, self._floor)
+            this = cast("Callable[[], SNESSolver]", weakref.ref(self))
+            test = _convergence_test(this, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
 
     def _set_callbacks(self) -> None:
@@ -363,6 +368,17 @@ class SNESSolver(CoupledSolver):
         """Whether the last solve ended because a line search found no smaller
         residual."""
         return bool(self.snes.getConvergedReason() == NO_DESCENT)
+
+    def corrected(self) -> bool:
+        """Let the iterate be corrected; return False where that fails with an error,
+        which is raised after the solve. Collective."""
+        try:
+            if self.correct is not None:
+                self.correct(self.snes.getSolution(), self.snes.getFunction()[0])
+            return True
+        except Exception as error:
+            self.raised.append(error)
+            return False
 
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}
