@@ -64,10 +64,8 @@ class AsGiven:
         trouble, unless the user has limited them: in a halved step active sets are as far
         away as before."""
         solver, found = self._solver, ExitStack()
-        if getattr(solver, "max_it", None) != MAX_IT:
-            return found
-        found.enter_context(correcting(solver))
-        if self._automatic:
+        if self._automatic and getattr(solver, "max_it", None) == MAX_IT:
+            found.enter_context(correcting(solver))
             most, convergence = MORE_ITERATIONS * MAX_IT, solver.problem.convergence
             found.enter_context(temporarily(convergence, lasts=True))
             found.enter_context(temporarily(solver, max_it=most))
