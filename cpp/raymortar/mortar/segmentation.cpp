@@ -123,6 +123,8 @@ public:
       _pieces.clear();
       for (const Index m : masters)
         overlap_with(patch, m);
+      if constexpr (D == 2)
+        _uncut = _pieces;
       _rivalries = keep_nearest<D>(_pieces, patch_measure<S>(), _range.reach,
                                    _range.depth, order(patch));
       for (const Piece<D>& piece : _pieces)
@@ -248,19 +250,18 @@ private:
                           patch.plane);
   }
 
-  /// A nearer layer ends here: the vertex is that of its own piece. In space a
-  /// vertex may lie within an edge of the other polygon, and is fixed
+  /// A nearer layer ends here, of which a third one may have left nothing. In
+  /// space a vertex may lie within an edge of the other polygon, and is fixed
   [[nodiscard]] Vertex<T> cut_vertex(const SlavePatch<S>& patch,
                                      const typename S::NodeMatrix& nodes,
                                      const RefPoint& at) const
   {
     if constexpr (D == 2)
-      for (const Piece<D>& piece : _pieces)
+      for (const Piece<D>& piece : _uncut)
         for (std::size_t i = 0; i < 2; ++i)
-          if (const Provenance& from = piece.region.provenance[i];
-              from.kind != Provenance::Kind::cut and
-              piece.region.points[i] == at[0])
-            return vertex(patch, nodes, seen_by(patch, piece), from, at);
+          if (piece.region.points[i] == at[0])
+            return vertex(patch, nodes, seen_by(patch, piece),
+                          piece.region.provenance[i], at);
     return {patch.to_reference(at), {}};
   }
 
@@ -348,6 +349,7 @@ private:
   Index _facet = no_index; ///< the present one
   SearchDistances _range;  ///< of it
   std::vector<Piece<D>> _pieces;
+  std::vector<Piece<D>> _uncut;    ///< before layers are chosen; in the plane
   std::vector<Rivalry> _rivalries; ///< of the present patch
   std::vector<Index> _losers;      ///< to the present segment's master
   std::vector<Corner> _polygon;    ///< of the present segment

@@ -23,7 +23,7 @@ class Corrections:
 
     A residual and a solve with the factors that there are take a small part of an
     iteration. So a tangent whose correction has left at most a share of the residual
-    makes the next one, too, as long as each leaves no more than that [theory (5.21)].
+    makes the next one, too, as long as each leaves no more than that [theory (5.26)].
     """
 
     def __init__(self, solver: Any) -> None:
@@ -84,4 +84,4 @@ def correcting(solver: Any) -> AbstractContextManager[Any]:
     damped = getattr(solver, "relaxation_parameter", 1.0) != 1.0
     if damped or not takes_full_steps(solver):
         return nullcontext()
-    return temporarily(solver, correct=Corrections(solver))
+    return temporarily(solver, on_iterate=Corrections(solver))

@@ -36,7 +36,7 @@ def test_the_same_solution_takes_fewer_tangents(solver):
     assert worst(corrected[2] - plain[2]) <= 1e-9 * worst(plain[2])
     # Each iterate is in the history once
     assert len(corrected[1]) == corrected[0] + 1
-    assert own.correct is None
+    assert own.on_iterate is None
 
 
 @pytest.mark.mpi
@@ -55,7 +55,7 @@ def test_one_that_leaves_too_much_is_taken_back(solver, monkeypatch):
         if problem.problem.tangents:
             corrects(x, b)
 
-    own.correct = correct
+    own.on_iterate = correct
     iterations, history, u = found(problem, own)
     assert asked and not any(asked)
     assert iterations == plain[0]
@@ -70,7 +70,7 @@ def test_an_error_in_a_correction_is_raised(solver):
     def fails(x, b):
         raise ZeroDivisionError("of the correction")
 
-    own.correct = fails
+    own.on_iterate = fails
     with pytest.raises(ZeroDivisionError, match="of the correction"):
         own.solve()
 
@@ -100,7 +100,7 @@ def test_solvers_that_shorten_steps_are_left_alone():
     _, search = solved(raymortar.SNESSolver, searching)
     for solver in (damped, search):
         with correcting(solver):
-            assert solver.correct is None
+            assert solver.on_iterate is None
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
