@@ -1,14 +1,12 @@
 """Steps that start where the last one leads."""
 
-from contextlib import nullcontext
-
 import numpy as np
 import pytest
 from load_paths import top_moves
 from problems import worst
 
 from raymortar import ContactError, LoadSteps
-from raymortar.paths import as_given, soft_start
+from raymortar.paths import soft_start
 from raymortar.paths.prediction import Prediction
 from raymortar.paths.strategy import FULL, SMALL_GAMMA
 from raymortar.viscous.budget import LONGEST
@@ -29,8 +27,6 @@ def recorded(monkeypatch):
 @pytest.mark.mpi
 def test_a_path_that_goes_on_is_solved_in_fewer_iterations(monkeypatch):
     asked, found = recorded(monkeypatch), {}
-    # With them a tangent a step is enough from any start
-    monkeypatch.setattr(as_given, "correcting", lambda solver: nullcontext())
     for extrapolate in (False, None):
         problem, steps = top_moves("quadrilateral", steps=8, extrapolate=extrapolate)
         path = steps.run()
