@@ -74,7 +74,6 @@ _BODIES = {
     "displacement_levels_mg_coarse_pc_type": "none",
     "near_pc_type": "lu",
     "near_pc_factor_mat_solver_type": "mumps",
-    "near_mat_mumps_icntl_6": 0,
     "near_mat_mumps_icntl_14": 60,
 }
 
