@@ -233,8 +233,8 @@ class BodiesPreconditioner(KnowsProblem):
             if self.contact.layout.comm.allreduce(int(worn or not same)):
                 self._destroy("levels")
         if self.levels is None:
-            tangent = A, self.row_scale
-            self.levels = BodiesLevels(self.problem, f"{prefix}levels_", *tangent)
+            prefix = f"{prefix}levels_"
+            self.levels = BodiesLevels(self.problem, prefix, A, self.row_scale)
             self._first = 0
 
     @property

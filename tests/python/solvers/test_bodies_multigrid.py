@@ -12,10 +12,9 @@ from dolfinx import fem
 from hosts import taylor_hood
 from interacting import Stack
 from pressed_blocks import FRICTIONS, METHODS, blocks, solved, unknowns
-from problems import CELLS, COMM, DIMENSION, SOLVERS, build, fix, stack, worst
+from problems import COMM, SOLVERS, build, fix, stack, worst
 from rigid_scenes import press, shapes
 
-from meshes.scenes import two_blocks
 from raymortar import (
     AugmentedLagrangian,
     ContactWarning,
@@ -24,12 +23,10 @@ from raymortar import (
     SNESSolver,
     solvers,
 )
-from raymortar.core import compat
 from raymortar.core.solvers.petsc_objects import PetscOptions
 from raymortar.solvers import automatic
-from raymortar.solvers import levels as levels_of
 from raymortar.solvers.automatic import linear_options
-from raymortar.solvers.levels import BodiesLevels, LinearInterpolation, set_levels
+from raymortar.solvers.levels import BodiesLevels, set_levels
 
 # Blocks of each tangent, whose iterations are those of the preconditioner as it is
 ANEW = solvers.iterative("bodies", bodies_most=-1)
@@ -55,122 +52,6 @@ def alone(problem, rtol=1e-8):
         ksp.solve(b, x)
     assert ksp.getConvergedReason() > 0
     return ksp.getIterationNumber()
-
-
-# Interpolation
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("cell", CELLS)
-def test_interpolation_takes_linear_fields_to_linear_fields(cell):
-    dim = DIMENSION[cell]
-    V = compat.vector_space(stack(cell, (2, 3)).mesh, 2)
-    n = V.dofmap.index_map.size_local * dim
-    step = LinearInterpolation(V, np.zeros(n, dtype=bool))
-    A = np.arange(dim * dim).reshape(dim, dim) - 2.0
-    values = [(W.tabulate_dof_coordinates()[:, :dim] @ A + 1.0) for W in (V, step.W)]
-    x, y = step.matrix.createVecs()
-    x.array[:] = values[1].ravel()[: x.local_size]
-    step.matrix.mult(x, y)
-    assert y.array == pytest.approx(values[0].ravel()[:n], abs=1e-13)
-    assert not step.fixed.any()
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("cell", CELLS)
-def test_product_is_the_tangent_of_degree_1_with_the_conditions(cell):
-    """Of a linear material on straight cells: spaces of degree 1 are in those of 2."""
-    scene = stack(cell, (2, 3))
-    one, two = (
-        build(scene, p, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top", 0)])
-        for p in (1, 2)
-    )
-    K, coarse = (
-        fem.petsc.assemble_matrix(p.problem.a, bcs=p.problem.bcs) for p in (two, one)
-    )
-    K.assemble()
-    coarse.assemble()
-    step = LinearInterpolation(two.u.function_space, two.problem.constrained)
-    assert np.array_equal(step.fixed, one.problem.constrained)
-    product = step.product(K)
-    x, y = coarse.createVecs()
-    rng = np.random.default_rng(COMM.rank)
-    x.array[:] = np.where(step.fixed, 0.0, rng.random(x.local_size))
-    coarse.mult(x, y)
-    size = worst(y.array)
-    z = y.duplicate()
-    product.mult(x, z)
-    assert worst(z.array - y.array) <= 1e-12 * size
-    assert (product.getDiagonal().array > 0.0).all()
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("cell, degree", [("tetrahedron", 2), ("hexahedron", 1)])
-def test_products_of_the_volume_serve_once_and_only_for_the_same_bodies(
-    cell, degree, monkeypatch
-):
-    """Beside what contact adds: those of GAMG are P^T S P to rounding."""
-    coupled = blocks(cell, degree, 3 - degree, friction=Coulomb(0.3)).problem
-    found, judge = [], levels_of._is_product
-    monkeypatch.setattr(
-        levels_of, "_is_product", lambda *of: found.append(judge(*of)) or found[-1]
-    )
-    rng = np.random.default_rng(COMM.rank)
-    # The bodies' tangent with springs at the surfaces, and that of stiffer bodies
-    for factor, springs in ((1.0, 3.0), (2.0, 0.0)):
-        del found[:]
-        S = fem.petsc.assemble_matrix(coupled.a, bcs=coupled.bcs)
-        S.assemble()
-        S.scale(factor)
-        diagonal = S.getDiagonal()
-        with PetscOptions("once_", solvers.iterative("bodies")):
-            levels = BodiesLevels(coupled, "once_displacement_levels_")
-        diagonal.array[levels._rows] *= 1.0 + springs
-        S.setDiagonal(diagonal)
-        operators = levels.operators(S)
-        assert len(operators) > degree
-        assert found == ([True] * (len(operators) - 1) if factor == 1.0 else [False])
-        for one, again in zip(operators, levels.operators(S), strict=True):
-            x, y = one.createVecs()
-            z = y.duplicate()
-            x.array[:] = rng.random(x.local_size)
-            # Rows that the products lack have any diagonal
-            of = one.getDiagonal().array_r == again.getDiagonal().array_r
-            x.array[~of] = 0.0
-            one.mult(x, y)
-            again.mult(x, z)
-            assert worst(y.array - z.array) <= 1e-12 * worst(y.array)
-        assert len(found) == len(operators) - 1 or factor != 1.0
-
-
-@pytest.mark.mpi
-@pytest.mark.parametrize("method", METHODS)
-def test_levels_of_degree_2_take_the_bodies_part_of_the_tangent(method):
-    """The tangent less contact's own, without the room that contact has in it."""
-    problem = blocks(method=METHODS[method](), friction=Coulomb(0.3))
-    solved(problem, solvers.direct())
-    coupled = problem.problem
-    A, x = coupled.create_matrix(), coupled.start()
-    coupled.J(x, A)
-    K = fem.petsc.assemble_matrix(coupled.a, bcs=coupled.bcs)
-    K.assemble()
-    own = levels_of.without_contact(coupled, A, None)
-    given, image = K.createVecs()
-    given.array[:] = np.random.default_rng(COMM.rank).random(given.local_size)
-    K.mult(given, image)
-    found = image.duplicate()
-    own.mult(given, found)
-    assert worst(found.array - image.array) <= 1e-12 * worst(image.array)
-    assert entries(own) > entries(K) and own.getBlockSizes() == K.getBlockSizes()
-    step = LinearInterpolation(problem.u.function_space, coupled.constrained)
-    with_room, bare = (step.product(one) for one in (own, K))
-    assert entries(with_room) > entries(bare)
-    assert entries(levels_of._without_room(with_room)) <= entries(bare)
-
-
-def entries(A):
-    """How many entries a matrix has room for."""
-    return A.getInfo(PETSc.Mat.InfoType.GLOBAL_SUM)["nz_used"]
 
 
 # Answers and iterations
