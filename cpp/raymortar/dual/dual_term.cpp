@@ -2,6 +2,7 @@
 #include "raymortar/core/error.h"
 #include "raymortar/core/sorted.h"
 #include "raymortar/element/free_tools.h"
+#include "raymortar/mortar/movers.h"
 
 namespace raymortar
 {
@@ -187,9 +188,8 @@ void DualTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   for (const Segment& segment : s.segmentation.segments)
   {
     on(segment.slave).push_back(segment.master);
-    for (const Break& one : s.segmentation.breaks_of(segment))
-      if (one.moves())
-        on(segment.slave).push_back(one.master);
+    visit_movers(s.segmentation, segment,
+                 [&](Index m) { on(segment.slave).push_back(m); });
   }
   for (Index f = 0; f < s.slave.num_facets(); ++f)
   {

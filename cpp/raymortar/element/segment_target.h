@@ -4,6 +4,7 @@
 
 #include "raymortar/element/free_tools.h"
 #include "raymortar/element/target.h"
+#include "raymortar/mortar/movers.h"
 
 namespace raymortar
 {
@@ -12,7 +13,7 @@ template <int D>
 class SegmentTarget
 {
 public:
-  /// @param[in] master Of the breaks of the segment
+  /// @param[in] master One that vertices of the segment move with
   SegmentTarget(const ContactState& s, const Segment& of, Index master)
       : _state(s), _segment(of), _master(master),
         _facet(s.master, s.master.x, master)
@@ -68,14 +69,8 @@ private:
 template <int D, class Visit>
 void visit_targets(const ContactState& s, const Segment& of, Visit&& visit)
 {
-  const auto breaks = s.segmentation.breaks_of(of);
-  for (auto one = breaks.begin(); one != breaks.end(); ++one)
-    if (one->moves() and std::none_of(breaks.begin(), one,
-                                      [one](const Break& before) {
-                                        return before.moves() and
-                                               before.master == one->master;
-                                      }))
-      visit(SegmentTarget<D>(s, of, one->master));
+  visit_movers(s.segmentation, of,
+               [&](Index master) { visit(SegmentTarget<D>(s, of, master)); });
 }
 
 /// @brief Whether segments of an element move on the slave: whole facets do

@@ -2,6 +2,7 @@
 #include "raymortar/element/free_tools.h"
 #include "raymortar/element/law_gaps.h"
 #include "raymortar/geometry/predicates.h"
+#include "raymortar/mortar/movers.h"
 #include <algorithm>
 
 namespace raymortar
@@ -14,18 +15,14 @@ Unknowns unknowns_of(const ContactState& s, std::size_t e)
                           free_tool_of(s, e));
 }
 
-/// Call visit for each master that vertices of a point's segment move with
+/// The same of a point's segment, if it has one
 template <class Visit>
 void visit_movers(const ContactState& s, std::size_t q, Visit&& visit)
 {
-  const Index segment = s.points.segment[q];
-  if (segment == no_index)
-    return;
-  const auto breaks = s.segmentation.breaks_of(
-      s.segmentation.segments[static_cast<std::size_t>(segment)]);
-  for (const Break& one : breaks)
-    if (one.moves())
-      visit(one.master);
+  if (const Index segment = s.points.segment[q]; segment != no_index)
+    visit_movers(s.segmentation,
+                 s.segmentation.segments[static_cast<std::size_t>(segment)],
+                 visit);
 }
 
 /// Unknowns of one of these masters, or free tools
@@ -116,9 +113,12 @@ void MortarTerm::add_needs(const ContactState& s, PatternNeeds& needs) const
   for (const Segment& segment : s.segmentation.segments)
   {
     needs.pairs.push_back({segment.slave, segment.master});
-    for (const Break& one : s.segmentation.breaks_of(segment))
-      if (one.moves() and one.master != segment.master)
-        needs.pairs.push_back({segment.slave, one.master});
+    visit_movers(s.segmentation, segment,
+                 [&](Index m)
+                 {
+                   if (m != segment.master)
+                     needs.pairs.push_back({segment.slave, m});
+                 });
   }
   add_couplings(s, needs);
 }

@@ -250,8 +250,9 @@ private:
                           patch.plane);
   }
 
-  /// A nearer layer ends here, of which a third one may have left nothing. In
-  /// space a vertex may lie within an edge of the other polygon, and is fixed
+  /// The end of a nearer layer is that of its piece before it was cut: a third
+  /// layer may have taken all of it. In 3D this vertex need not be a vertex of
+  /// the nearer polygon, and stays fixed
   [[nodiscard]] Vertex<T> cut_vertex(const SlavePatch<S>& patch,
                                      const typename S::NodeMatrix& nodes,
                                      const RefPoint& at) const
