@@ -2,6 +2,7 @@
 
 import gc
 import json
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,8 @@ from loaded_forms import keep_loaded_forms
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
+
+from raymortar.paths import as_given
 
 
 @pytest.fixture(autouse=True)
@@ -39,6 +42,12 @@ def cell_3d(request):
 def folder(tmp_path):
     """Temporary folder, the same on every rank."""
     return COMM.bcast(tmp_path, root=0)
+
+
+@pytest.fixture
+def uncorrected(monkeypatch):
+    """Paths solve by Newton's method alone, a tangent for each iterate."""
+    monkeypatch.setattr(as_given, "correcting", lambda solver: nullcontext())
 
 
 @pytest.fixture

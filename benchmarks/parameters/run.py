@@ -27,6 +27,7 @@ sys.path[:0] = [
 
 import accuracy_tables  # noqa: E402
 import coefficient  # noqa: E402
+import corrections  # noqa: E402
 import paths  # noqa: E402
 import points_and_nodes  # noqa: E402
 import scenes_that_arrive  # noqa: E402
@@ -51,6 +52,7 @@ TABLES = {
     "conditions": points_and_nodes.paths,
     "partial_slip": points_and_nodes.partial_slip,
     "slip_fronts": slip_fronts.slip_fronts,
+    "corrections": corrections.corrections,
     "arriving": scenes_that_arrive.arriving,
 }
 

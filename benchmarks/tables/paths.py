@@ -49,6 +49,25 @@ def extrapolated(rows: list[Row]) -> Table:
     return lines
 
 
+@table("parameters/corrections.csv")
+def corrections(rows: list[Row]) -> Table:
+    """Paths with and without corrections by the same tangent."""
+    lines = [["blocks", "unknowns", "tangents without", "with", "time with: without"]]
+    for row in rows:
+        friction = f"mu = {row['mu']}" if float(row["mu"]) else "no friction"
+        seconds = [float(row[f"{name}_seconds"]) for name in ("corrected", "plain")]
+        lines.append(
+            [
+                f"{row['cell']}s of degree {row['degree']}, {friction}",
+                row["unknowns"],
+                row["plain_tangents"],
+                row["corrected_tangents"],
+                f"{seconds[0] / seconds[1]:.2f}",
+            ]
+        )
+    return lines
+
+
 @table("parameters/arriving.csv")
 def arriving(rows: list[Row]) -> Table:
     """Scenes that have to arrive with nothing tuned."""

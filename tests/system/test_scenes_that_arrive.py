@@ -146,7 +146,9 @@ def test_a_disc_that_touches_and_may_roll_is_caught_in_its_first_step():
     assert abs(lid[0]) <= 1e-3 * lid[1]
 
 
-def test_leaves_that_touch_all_along_are_not_halved_for_more_iterations(monkeypatch):
+def test_leaves_that_touch_all_along_are_not_halved_for_more_iterations(
+    monkeypatch, uncorrected
+):
     """From gaps of zero the points that stay closed are as far away in a small step."""
     monkeypatch.setattr(SoftStick, "_softened", lambda self: [])  # 23 iterations
     taken = take(path := leaves(method=AugmentedLagrangian(condition="nodes")))

@@ -12,8 +12,9 @@ from dolfinx.fem import Function
 
 from ..bending.coefficients import BENDS, softer
 from ..core.errors import ContactWarning, SetUpError
-from ..core.solvers.newton import NewtonSolver, SNESSolver
+from ..core.solvers.newton import SNESSolver
 from ..diagnose.failure import FAILURES, iterations_of
+from ..solvers.correcting import LINE_SEARCH, takes_full_steps
 from ..solvers.settings import temporarily
 from ..viscous.budget import Backoff
 from .soft_stick import SoftStick
@@ -35,8 +36,6 @@ MOST_KEPT = 2
 # Factor for the number of iterations where shorter steps need more, as those of a line
 # search, or where halving the load step would not save them
 MORE_ITERATIONS = 2
-
-_LINE_SEARCH = "snes_linesearch_type"
 
 # Coefficient in use, and the contact's own
 Gammas = tuple[Any, Any]
@@ -355,14 +354,9 @@ def with_line_search(solver: Any) -> SNESSolver | None:
     # the rounding error of all bodies when the solver was made: asked for as a
     # tolerance, it would be one that the softest body is not solved to
     options.pop("snes_atol", None)
-    if isinstance(solver, SNESSolver):
-        if options.get(_LINE_SEARCH) != "basic" or solver.snes.getType() != "newtonls":
-            return None
-    elif not (
-        isinstance(solver, NewtonSolver) and solver.convergence_criterion == "residual"
-    ):
+    if not takes_full_steps(solver):
         return None
-    other = SNESSolver(solver.problem, {**options, _LINE_SEARCH: "l2"}, matrix=solver.A)
+    other = SNESSolver(solver.problem, {**options, LINE_SEARCH: "l2"}, matrix=solver.A)
     rtol, most = solver.tolerances[0], MORE_ITERATIONS * solver.max_it
     other.snes.setTolerances(rtol=rtol, max_it=most, atol=solver.force_tolerance)
     return other

@@ -50,7 +50,7 @@ class LoadStep:
     factor
         Load factor.
     iterations
-        Newton iterations of the step.
+        Newton iterations of the step, a tangent each.
     halvings
         Halvings of steps so far on this path.
     strategy

@@ -25,7 +25,7 @@ def recorded(monkeypatch):
 
 
 @pytest.mark.mpi
-def test_a_path_that_goes_on_is_solved_in_fewer_iterations(monkeypatch):
+def test_a_path_that_goes_on_is_solved_in_fewer_iterations(monkeypatch, uncorrected):
     asked, found = recorded(monkeypatch), {}
     for extrapolate in (False, None):
         problem, steps = top_moves("quadrilateral", steps=8, extrapolate=extrapolate)

@@ -133,7 +133,7 @@ def test_a_path_arrives_that_halving_does_not_save(cell, solver):
 
 @pytest.mark.mpi(where=lambda solver: solver is SOLVERS[0])
 @pytest.mark.parametrize("solver", SOLVERS)
-def test_nothing_is_done_where_nothing_is_wrong(solver):
+def test_nothing_is_done_where_nothing_is_wrong(solver, uncorrected):
     paths = []
     for strategy in ("auto", "halve", None):
         problem, steps = top_moves("quadrilateral", solver, strategy=strategy)

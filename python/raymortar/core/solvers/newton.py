@@ -17,6 +17,7 @@ from ..errors import ContactError, NotFinite
 from ..hooks import hooks
 from ..options.methods import Penalty
 from ..problem import CoupledProblem
+from .convergence_test import convergence_test
 from .petsc_objects import (
     DIRECT,
     NOT_A_NUMBER,
@@ -95,7 +96,7 @@ class NewtonSolver(CoupledSolver):
 
         def residual(x: PETSc.Vec, b: PETSc.Vec) -> None:
             problem.F(x, b)
-            this()._judge()
+            this()._judge(x, b)
 
         def tangent(x: PETSc.Vec, A: PETSc.Mat) -> None:
             take_tangent(problem, x, A, this().krylov_solver)
@@ -158,12 +159,14 @@ class NewtonSolver(CoupledSolver):
                 return len(history) - 1, None if end.args[0] else ", and was stopped"
         raise AssertionError("an error is raised at the end of the block")
 
-    def _judge(self) -> None:
+    def _judge(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """End the solve if the last residual is small enough, or if it is stuck.
 
         DOLFINx's own norm mixes lengths and forces.
         """
         if self.convergence_criterion == "residual":
+            if self.on_iterate is not None:
+                self.on_iterate(x, b)
             convergence = self.problem.convergence
             convergence.accept()
             has_converged = convergence.reached(self.rtol, self.force_tolerance)
@@ -171,7 +174,6 @@ class NewtonSolver(CoupledSolver):
                 raise _Ended(has_converged)
 
 
-STUCK = PETSc.SNES.ConvergedReason.DIVERGED_LOCAL_MIN
 # Name by which a SNES has the factors of its rows
 SCALE = "raymortar_row_scale"
 NO_DESCENT = PETSc.SNES.ConvergedReason.DIVERGED_LINE_SEARCH
@@ -205,44 +207,6 @@ def _defaults(problem: CoupledProblem, floor: float) -> dict[str, Any]:
         "snes_stol": 0.0,
         "snes_max_it": MAX_IT,
     }
-
-
-def _convergence_test(
-    problem_of: Callable[[], CoupledProblem], snes: PETSc.SNES, floor: float
-) -> Callable[..., int]:
-    """Convergence test for a SNES whose options are in PETSc's table.
-
-    It compares forces with forces. PETSc's own test compares the norm of all rows with
-    that of the first iterate, which lacks the forces that a body meets on its way. If
-    the user sets a divergence tolerance, it is relative to the first residual above
-    rounding error.
-    """
-    reasons = PETSc.SNES.ConvergedReason
-    options = PETSc.Options(snes.getOptionsPrefix())
-    divergence = options.getReal("snes_divergence_tolerance", -1.0)
-
-    def test(snes: PETSc.SNES, iteration: int, norms: tuple[float, ...]) -> int:
-        size, step, norm = norms
-        rtol, given, stol, _ = snes.getTolerances()
-        atol = None if given == floor else given
-        convergence, history = problem_of().convergence, problem_of().history
-        convergence.accept()
-        if not np.isfinite(norm):
-            return NOT_A_NUMBER
-        if convergence.reached(rtol, atol):
-            return reasons.CONVERGED_FNORM_RELATIVE
-        first = next((norm for norm in history if norm > convergence.floor), 0.0)
-        if 0.0 < divergence * first < history[-1]:
-            return reasons.DIVERGED_DTOL
-        if convergence.is_stuck:
-            return STUCK
-        if iteration > 0 and step < stol * size and not convergence.now.pending:
-            return reasons.CONVERGED_SNORM_RELATIVE
-        if 0 <= snes.getMaxFunctionEvaluations() <= snes.getFunctionEvaluations():
-            return reasons.DIVERGED_FUNCTION_COUNT
-        return reasons.CONVERGED_ITERATING
-
-    return test
 
 
 class SNESSolver(CoupledSolver):
@@ -303,7 +267,8 @@ class SNESSolver(CoupledSolver):
         # A failure is raised with a message that says more than PETSc's
         self.snes.setErrorIfNotConverged(False)
         with self.options:
-            test = _convergence_test(self._problem, self.snes, self._floor)
+            corrected = weakref.WeakMethod(self._corrected)
+            test = convergence_test(self._problem, corrected, self.snes, self._floor)
         self.snes.setConvergenceTest(test)
 
     def _set_callbacks(self) -> None:
@@ -363,6 +328,16 @@ class SNESSolver(CoupledSolver):
         """Whether the last solve ended because a line search found no smaller
         residual."""
         return bool(self.snes.getConvergedReason() == NO_DESCENT)
+
+    def _corrected(self) -> bool:
+        """Let the iterate be corrected; return whether no error is left to be raised
+        after the solve. Collective."""
+        try:
+            if self.on_iterate is not None:
+                self.on_iterate(self.snes.getSolution(), self.snes.getFunction()[0])
+        except Exception as error:
+            self.raised.append(error)
+        return not self.raised
 
     def _settings(self) -> dict[str, Any]:
         return {"max_it": self.max_it}

@@ -37,6 +37,9 @@ class CoupledSolver(ABC):
         puts them into PETSc's table.
     tolerances
         rtol and atol.
+    on_iterate
+        Called with each iterate and its residual, which it may correct by the factors
+        that there are, before the iterate is judged. None: nothing is.
     """
 
     A: PETSc.Mat
@@ -44,6 +47,7 @@ class CoupledSolver(ABC):
     krylov_solver: PETSc.KSP
     options: PetscOptions
     tolerances: tuple[float, float]
+    on_iterate: Callable[[PETSc.Vec, PETSc.Vec], None] | None = None
 
     def __init__(
         self,

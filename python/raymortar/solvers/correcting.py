@@ -1,0 +1,105 @@
+"""Further corrections of Newton's iterates, by the factors that there are."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, nullcontext
+from typing import Any
+
+from petsc4py import PETSc
+
+from ..core.discretization.ranks import destroy
+from ..core.errors import ConvergenceError, NotFinite
+from ..core.solvers.newton import NewtonSolver, SNESSolver
+from .settings import temporarily
+
+LINE_SEARCH = "snes_linesearch_type"
+
+# Shares of the residual that an iteration may leave to be corrected, and a correction
+ITERATION_LEAVES, LEAVES = 0.1, 0.3
+
+# Share of the tolerances at which corrections end. They converge linearly, and would
+# stop right below a tolerance that the last iteration of Newton's method leaves far behind
+SURPLUS = 1e-4
+
+
+class Corrections:
+    """Corrects iterates again by the tangent that led to them. Collective.
+
+    A residual and a solve with the factors that there are take a part of an iteration
+    only. So a tangent whose step has left a small share of the residual makes the next
+    one, too, as long as each leaves a small share [theory (5.26)].
+    """
+
+    def __init__(self, solver: Any) -> None:
+        self._solver, self._problem = solver, solver.problem
+
+    def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Correct an iterate, and b, its residual."""
+        history = self._problem.history
+        if len(history) > 1 and history[-1] <= ITERATION_LEAVES * history[-2]:
+            if not self._has_ended(1.0):
+                while not self._has_ended(SURPLUS) and self._corrects(x, b):
+                    pass
+
+    def _has_ended(self, share: float) -> bool:
+        """Whether the iterate is a solution to a share of the tolerances, or is not yet
+        where it is prescribed."""
+        convergence, solver = self._problem.convergence, self._solver
+        rtol, atol = share * solver.tolerances[0], solver.force_tolerance
+        pending = convergence.is_pending(rtol)
+        return bool(
+            pending or convergence.reached(rtol, atol if atol is None else share * atol)
+        )
+
+    def _corrects(self, x: PETSc.Vec, b: PETSc.Vec) -> bool:
+        """Correct once, and take that back if it leaves too much; return whether it
+        stays."""
+        problem, history = self._problem, self._problem.history
+        found, count = problem.convergence.now, len(history)
+        before, change = (x.copy(), b.copy()), b.duplicate()
+        self._solver.krylov_solver.solve(b, change)
+        x.axpy(-1.0, change)
+        try:
+            problem.F(x, b)
+            stays = bool(problem.convergence.now.norm <= LEAVES * found.norm)
+        except (ConvergenceError, NotFinite):
+            stays = False
+        if stays:
+            if self._solver.scale is not None:
+                b.pointwiseMult(b, self._solver.scale)
+            # Each iterate is in the history once
+            del history[count - 1]
+        else:
+            del history[count:]
+            before[0].copy(x)
+            before[1].copy(b)
+            problem.form(x)
+            problem.convergence.now = found
+        destroy(change, *before)
+        return stays
+
+
+def takes_full_steps(solver: Any) -> bool:
+    """Whether a solver is of a known kind, and takes Newton's steps as they are."""
+    if isinstance(solver, SNESSolver):
+        is_basic = solver.options.given.get(LINE_SEARCH) == "basic"
+        return is_basic and solver.snes.getType() == "newtonls"
+    known = isinstance(solver, NewtonSolver)
+    return known and solver.convergence_criterion == "residual"
+
+
+def has_own_factors(ksp: PETSc.KSP) -> bool:
+    """Whether a linear solver factorises each tangent, so that a second system takes
+    little. Multigrid's takes more than a tangent, and factors that serve several tangents
+    save as much by themselves (docs/measured/load_steps.md)."""
+    return ksp.getType() == "preonly" and ksp.getPC().getType() in ("lu", "cholesky")
+
+
+def correcting(solver: Any) -> AbstractContextManager[Any]:
+    """Have iterates of a solver corrected for a while, if that may save time: it takes
+    full steps, and factorises each tangent."""
+    damped = getattr(solver, "relaxation_parameter", 1.0) != 1.0
+    ksp = solver.krylov_solver
+    if damped or not (takes_full_steps(solver) and has_own_factors(ksp)):
+        return nullcontext()
+    return temporarily(solver, on_iterate=Corrections(solver))

@@ -1,0 +1,116 @@
+"""Iterates that are corrected again by the tangent that led to them."""
+
+import numpy as np
+import pytest
+from load_paths import top_moves
+from problems import SOLVERS, tolerate, worst
+
+import raymortar
+from raymortar.solvers import correcting as module
+from raymortar.solvers.correcting import Corrections, correcting
+
+
+def solved(solver, options=None, step=0.2):
+    """A problem whose top has been pressed down, and its iterations."""
+    problem, steps = top_moves("quadrilateral", solver)
+    if options is not None:
+        problem.solver = solver(problem.problem, options)
+    steps.apply(step)
+    return problem, problem.solver
+
+
+def found(problem, solver):
+    """Iterations, history and displacement of a solve."""
+    iterations, _ = solver.solve()
+    return iterations, list(problem.problem.history), problem.u.x.array.copy()
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_the_same_solution_takes_fewer_tangents(solver):
+    plain = found(*solved(solver))
+    problem, own = solved(solver)
+    with correcting(own):
+        corrected = found(problem, own)
+    assert corrected[0] == problem.problem.tangents < plain[0] - 1
+    assert worst(corrected[2] - plain[2]) <= 1e-9 * worst(plain[2])
+    # Each iterate is in the history once
+    assert len(corrected[1]) == corrected[0] + 1
+    assert own.on_iterate is None
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_one_that_leaves_too_much_is_taken_back(solver, monkeypatch):
+    plain = found(*solved(solver))
+    monkeypatch.setattr(module, "LEAVES", 0.0)
+    problem, own = solved(solver)
+    asked = []
+
+    def corrects(x, b):
+        stays = Corrections(own)._corrects(x, b)
+        asked.append(stays)
+
+    def correct(x, b):
+        if problem.problem.tangents:
+            corrects(x, b)
+
+    own.on_iterate = correct
+    iterations, history, u = found(problem, own)
+    assert asked and not any(asked)
+    assert iterations == plain[0]
+    np.testing.assert_allclose(history[:-1], plain[1][:-1], rtol=1e-9)
+    np.testing.assert_allclose(u, plain[2], rtol=0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_an_error_in_a_correction_is_raised(solver):
+    _, own = solved(solver)
+
+    def fails(x, b):
+        raise ZeroDivisionError("of the correction")
+
+    own.on_iterate = fails
+    with pytest.raises(ZeroDivisionError, match="of the correction"):
+        own.solve()
+
+
+def test_a_correction_that_is_no_number_is_taken_back(monkeypatch):
+    problem, own = solved(SOLVERS[0])
+    residual, calls = problem.problem.F, []
+
+    def F(x, b):
+        calls.append(problem.problem.tangents)
+        if calls.count(calls[-1]) > 1:
+            raise raymortar.ConvergenceError("no return mapping")
+        residual(x, b)
+
+    monkeypatch.setattr(problem.problem, "F", F)
+    with correcting(own):
+        iterations, _ = own.solve()
+    plain = found(*solved(SOLVERS[0]))
+    assert iterations == plain[0]
+    assert worst(problem.u.x.array - plain[2]) <= 1e-12
+
+
+def test_solvers_that_shorten_steps_or_do_not_factorise_are_left_alone():
+    problem, damped = solved(raymortar.NewtonSolver)
+    damped.relaxation_parameter = 0.9
+    searching = {"snes_linesearch_type": "bt"}
+    _, search = solved(raymortar.SNESSolver, searching)
+    others = raymortar.solvers.iterative(), raymortar.solvers.lagged_factors()
+    others = [solved(raymortar.SNESSolver, options)[1] for options in others]
+    for solver in (damped, search, *others):
+        with correcting(solver):
+            assert solver.on_iterate is None
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_paths_correct_unless_iterations_are_limited(solver):
+    counts = []
+    for limit in (None, 24):
+        problem, steps = top_moves("quadrilateral", solver)
+        if limit is not None:
+            tolerate(problem.solver, max_it=limit)
+        counts.append(sum(step.tangents for step in steps.run()))
+    assert counts[0] <= counts[1] - 4
