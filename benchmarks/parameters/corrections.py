@@ -25,8 +25,7 @@ BLOCKS = (
     ("triangle", 2, 3, 0.3, None),
     ("triangle", 2, 20, 0.3, None),
     ("tetrahedron", 2, 1, 0.3, None),
-    ("hexahedron", 1, 3, 0.3, None),
-    ("tetrahedron", 1, 4, 0.3, None),
+    ("hexahedron", 1, 3, 0.3, "direct"),
     ("tetrahedron", 2, 2, 0.0, "direct"),
     ("tetrahedron", 2, 2, 0.3, "direct"),
 )

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 from ..core.discretization.ranks import destroy
 from ..core.errors import ConvergenceError, NotFinite
 from ..core.solvers.newton import NewtonSolver, SNESSolver
+from .lagging_factors import LaggedFactorsSolver
 from .settings import temporarily
 
 LINE_SEARCH = "snes_linesearch_type"
@@ -89,17 +90,19 @@ def takes_full_steps(solver: Any) -> bool:
 
 
 def has_own_factors(ksp: PETSc.KSP) -> bool:
-    """Whether a linear solver factorises each tangent, so that a second system takes
-    little. Multigrid's takes more than a tangent, and factors that serve several tangents
-    save as much by themselves (docs/measured/load_steps.md)."""
+    """Whether a linear solver factorises tangents, so that a second system takes little.
+    Multigrid's takes more than a tangent (docs/measured/load_steps.md)."""
+    if ksp.getType() == "python":
+        return isinstance(ksp.getPythonContext(), LaggedFactorsSolver)
     return ksp.getType() == "preonly" and ksp.getPC().getType() in ("lu", "cholesky")
 
 
 def correcting(solver: Any) -> AbstractContextManager[Any]:
     """Have iterates of a solver corrected for a while, if that may save time: it takes
-    full steps, and factorises each tangent."""
+    full steps, and factorises tangents."""
     damped = getattr(solver, "relaxation_parameter", 1.0) != 1.0
-    ksp = solver.krylov_solver
-    if damped or not (takes_full_steps(solver) and has_own_factors(ksp)):
+    if damped or not takes_full_steps(solver):
+        return nullcontext()
+    if not has_own_factors(solver.krylov_solver):
         return nullcontext()
     return temporarily(solver, on_iterate=Corrections(solver))

@@ -72,7 +72,8 @@ class LaggedFactorsSolver(InnerSolvers):
     tangent is factorised again, and the system solved with these factors, where GMRES
     does not converge, where all iterations with the same factors have taken as long as a
     factorisation, where the tangent before was used for several systems, and where most
-    rows have another stiffness, as after a change of the material's constants.
+    rows have another stiffness, as after a change of the material's constants. A second
+    system of a tangent that was factorised needs no GMRES.
 
     Attributes
     ----------
@@ -90,8 +91,9 @@ class LaggedFactorsSolver(InnerSolvers):
         self._has_factors = self._has_new_pattern = False
         # Whether all tangents so far were symmetric, and the user has given no type
         self._symmetric = True
-        # The last tangent, and how many systems it was used for
-        self._tangent, self._uses = (0, 0), 0
+        # The last tangent, how many systems it was used for, and the one whose factors
+        # there are
+        self._tangent, self._uses, self._factorised = (0, 0), 0, (0, 0)
         # Diagonal of the tangent that was factorised, on this rank
         self._diagonal = np.zeros(0)
         # Systems to factorise before GMRES is tried again, and how often it has failed
@@ -105,7 +107,12 @@ class LaggedFactorsSolver(InnerSolvers):
             self._make(ksp)
         self.systems += 1
         solver = self.krylov
-        if self._is_worth_factors(ksp) or not self._lagged(ksp, b, x):
+        worth = self._is_worth_factors(ksp)
+        if self._tangent == self._factorised:
+            solver = self.direct
+            self.direct.getPC().setReusePreconditioner(True)
+            self._solve_by(self.direct, ksp, b, x)
+        elif worth or not self._lagged(ksp, b, x):
             solver = self.direct
             self._factorise(ksp, b, x)
         # Monitors are the outer solver's. Direct solvers have no history
@@ -163,6 +170,7 @@ class LaggedFactorsSolver(InnerSolvers):
         self.direct.getPC().setReusePreconditioner(False)
         self._use_symmetry(ksp.getOperators()[0])
         self._has_factors = self._solve_by(self.direct, ksp, b, x)
+        self._factorised = self._tangent if self._has_factors else (0, 0)
         self.factorisations += 1
         self._diagonal, self._taken = _diagonal(ksp.getOperators()[0]), 0
 

@@ -102,7 +102,7 @@ def test_a_strip_peels_off_the_tool_in_few_iterations(slenderness, most):
     found = take(path)
     assert found.arrived and found.ways == {"full": 4}
     assert found.steps[0].tangents <= most
-    assert found.tangents <= 4 * 8
+    assert found.tangents <= 4 * 5
     assert path.result()[1] == pytest.approx(
         {20: 1.44643677, 60: 0.345861087}[slenderness], rel=1e-7
     )

@@ -204,6 +204,25 @@ def test_monitors_see_the_iterations():
 
 
 @pytest.mark.mpi
+def test_a_second_system_of_a_factorised_tangent_needs_no_gmres():
+    solver = slid("triangle", 1, "augmented", solvers.lagged_factors(), steps=1)[
+        0
+    ].solver
+    lagged, A = context(solver), solver.A
+    b, x = A.createVecRight(), A.createVecRight()
+    b.set(1.0)
+    A.scale(1.0)  # another tangent, for all that PETSc knows
+    lagged._most = 0
+    solver.krylov_solver.solve(b, x)
+    before = lagged._taken, lagged.factorisations
+    b.scale(2.0)
+    solver.krylov_solver.solve(b, x)
+    assert (lagged._taken, lagged.factorisations) == before
+    residual_of = A * x - b
+    assert residual_of.norm() <= 1e-8 * b.norm()
+
+
+@pytest.mark.mpi
 def test_a_led_path_is_that_of_the_direct_solver():
     """Its systems are solved with one tangent and combined."""
     ends = []
