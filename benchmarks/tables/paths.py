@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from .formats import Row, Table, grouped, halved, table
 
+PLURAL = {"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"}
+
 
 @table("parameters/growing_steps.csv")
 def growing_steps(rows: list[Row]) -> Table:
@@ -58,7 +60,7 @@ def corrections(rows: list[Row]) -> Table:
         seconds = [float(row[f"{name}_seconds"]) for name in ("corrected", "plain")]
         lines.append(
             [
-                f"{row['cell']}s of degree {row['degree']}, {friction}",
+                f"{PLURAL.get(row['cell'], row['cell'] + 's')} of degree {row['degree']}, {friction}",
                 row["unknowns"],
                 row["plain_tangents"],
                 row["corrected_tangents"],

@@ -24,11 +24,13 @@ SURPLUS = 1e-4
 
 
 class Corrections:
-    """Corrects iterates again by the tangent that led to them. Collective.
+    """Corrects an iterate by the tangent that led to it, to the solution. Collective.
 
     A residual and a solve with the factors that there are take a part of an iteration
-    only. So a tangent whose step has left a small share of the residual makes the next
-    one, too, as long as each leaves a small share [theory (5.26)].
+    only. So a tangent whose step has left a small share of the residual makes further
+    ones as long as each leaves a small share [theory (5.26)]. If they do not end at a
+    solution, the iterate is restored: a path has the iterates of Newton's method but for
+    the last ones of a step.
     """
 
     def __init__(self, solver: Any) -> None:
@@ -36,48 +38,57 @@ class Corrections:
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Correct an iterate, and b, its residual."""
-        history = self._problem.history
-        if len(history) > 1 and history[-1] <= ITERATION_LEAVES * history[-2]:
-            if not self._has_ended(1.0):
-                while not self._has_ended(SURPLUS) and self._corrects(x, b):
-                    pass
+        history, now = self._problem.history, self._problem.convergence.now
+        if len(history) < 2 or history[-1] > ITERATION_LEAVES * history[-2]:
+            return
+        # The norm of a residual is that of forces, and does not tell whether a
+        # temperature converges
+        if len(now.residual) > now.count or self._has_ended(1.0):
+            return
+        count, best = len(history), (x.copy(), b.copy())
+        try:
+            while self._corrects(x, b):
+                if self._has_ended(1.0):
+                    now = self._problem.convergence.now
+                    x.copy(best[0])
+                    b.copy(best[1])
+                    if self._has_ended(SURPLUS):
+                        break
+            else:
+                best[0].copy(x)
+                best[1].copy(b)
+                self._problem.form(x)
+                self._problem.convergence.now = now
+        finally:
+            destroy(*best)
+        # Each iterate is in the history once
+        history[count - 1 :] = [now.norm]
 
     def _has_ended(self, share: float) -> bool:
-        """Whether the iterate is a solution to a share of the tolerances, or is not yet
-        where it is prescribed."""
+        """Whether the iterate is a solution to a share of the tolerances, or down to
+        rounding, or is not yet where it is prescribed."""
         convergence, solver = self._problem.convergence, self._solver
         rtol, atol = share * solver.tolerances[0], solver.force_tolerance
-        pending = convergence.is_pending(rtol)
-        return bool(
-            pending or convergence.reached(rtol, atol if atol is None else share * atol)
-        )
+        if convergence.is_pending(rtol):
+            return True
+        atol = atol if atol is None else share * atol
+        return bool(convergence.reached(rtol, atol, at_once=share < 1.0))
 
     def _corrects(self, x: PETSc.Vec, b: PETSc.Vec) -> bool:
-        """Correct once, and take that back if it leaves too much; return whether it
-        stays."""
-        problem, history = self._problem, self._problem.history
-        found, count = problem.convergence.now, len(history)
-        before, change = (x.copy(), b.copy()), b.duplicate()
-        self._solver.krylov_solver.solve(b, change)
-        x.axpy(-1.0, change)
+        """Correct once; return whether that has left a small share of the residual."""
+        convergence, change = self._problem.convergence, b.duplicate()
+        before = convergence.now.norm
         try:
-            problem.F(x, b)
-            stays = bool(problem.convergence.now.norm <= LEAVES * found.norm)
+            self._solver.krylov_solver.solve(b, change)
+            x.axpy(-1.0, change)
+            self._problem.F(x, b)
         except (ConvergenceError, NotFinite):
-            stays = False
-        if stays:
-            if self._solver.scale is not None:
-                b.pointwiseMult(b, self._solver.scale)
-            # Each iterate is in the history once
-            del history[count - 1]
-        else:
-            del history[count:]
-            before[0].copy(x)
-            before[1].copy(b)
-            problem.form(x)
-            problem.convergence.now = found
-        destroy(change, *before)
-        return stays
+            return False
+        finally:
+            destroy(change)
+        if self._solver.scale is not None:
+            b.pointwiseMult(b, self._solver.scale)
+        return bool(convergence.now.norm <= LEAVES * before)
 
 
 def takes_full_steps(solver: Any) -> bool:

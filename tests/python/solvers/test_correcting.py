@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
-from load_paths import top_moves
-from problems import SOLVERS, tolerate, worst
+import ufl
+from dolfinx import fem
+from load_paths import blocks, top_moves
+from problems import SOLVERS, fix, residual, tolerate, worst
+from squeezing import squeezed
 
 import raymortar
+from raymortar.core import compat
 from raymortar.solvers import correcting as module
-from raymortar.solvers.correcting import Corrections, correcting
+from raymortar.solvers.correcting import correcting
 
 
 def solved(solver, options=None, step=0.2):
@@ -45,19 +49,8 @@ def test_one_that_leaves_too_much_is_taken_back(solver, monkeypatch):
     plain = found(*solved(solver))
     monkeypatch.setattr(module, "LEAVES", 0.0)
     problem, own = solved(solver)
-    asked = []
-
-    def corrects(x, b):
-        stays = Corrections(own)._corrects(x, b)
-        asked.append(stays)
-
-    def correct(x, b):
-        if problem.problem.tangents:
-            corrects(x, b)
-
-    own.on_iterate = correct
-    iterations, history, u = found(problem, own)
-    assert asked and not any(asked)
+    with correcting(own):
+        iterations, history, u = found(problem, own)
     assert iterations == plain[0]
     np.testing.assert_allclose(history[:-1], plain[1][:-1], rtol=1e-9)
     np.testing.assert_allclose(u, plain[2], rtol=0.0, atol=1e-13)
@@ -113,3 +106,28 @@ def test_paths_correct_unless_iterations_are_limited(solver):
             tolerate(problem.solver, max_it=limit)
         counts.append(sum(step.tangents for step in steps.run()))
     assert counts[0] <= counts[1] - 4
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_field_is_solved_by_newtons_method_alone(solver):
+    """Corrections would end at a T of 1e64: norms are those of forces."""
+    scene = blocks("quadrilateral")
+    u = fem.Function(compat.vector_space(scene.mesh, 1))
+    T = fem.Function(compat.scalar_space(scene.mesh, 1))
+    q, load = ufl.TestFunction(T.function_space), fem.Constant(scene.mesh, 0.0)
+    source = ufl.exp(T) - ufl.exp(5.0 * load)
+    heat = 0.1 * ufl.inner(ufl.grad(T), ufl.grad(q)) + source * q
+    forms = [residual(scene, u, "neo-hookean", 2000.0)[0], heat * ufl.dx]
+    pairs = [(scene.tags["slave"], scene.tags["master"])]
+    contact = raymortar.Contact(u, scene.facet_tags, pairs)
+    bcs = squeezed(u.function_space, scene)[:-1]
+    down = fem.Constant(scene.mesh, 0.0)
+    bcs.append(fix(u.function_space, scene, "top", 1, down))
+    both = raymortar.NonlinearProblem(forms, contact, bcs, u=[u, T])
+
+    def apply(t):
+        load.value, down.value = t, -0.1 * t
+
+    raymortar.LoadSteps(solver(both), apply, 1).run()
+
+    assert worst(T.x.array - 5.0) <= 1e-9
