@@ -94,6 +94,8 @@ def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside
     assert float(one.split(": ")[1].split()[0]) <= 1e-2
     assert taken.arrived and taken.halvings == 0 and taken.tangents <= 160
     assert max(step.tangents for step in taken.steps[1:]) <= 8
+    (doubt,) = [f for f in taken.steps[-1].findings if f.about == ("held",)]
+    assert doubt.is_wrong and "of its forces drive that" in doubt.text
     at, force = path.result()
     assert abs(at[0]) <= 0.1 * RADIUS and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-2 * WEIGHT)

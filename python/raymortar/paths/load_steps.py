@@ -291,7 +291,7 @@ class LoadSteps:
                 self._reached()
                 problem.evaluate()
                 masters.look()
-                found = doubts.look()
+                found = doubts.look() + ways.doubts()
                 balance = ways.balance
                 released = None if balance is None else balance.released
                 if balance is not None and balance.has_snapped and not snapped:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 
 from ..core.errors import ConvergenceError
+from ..core.finding import Finding
 from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
 from ..solvers.settings import temporarily
@@ -239,6 +240,10 @@ class Strategies:
         self._contact.restore(now)
         self._path.restart()
         self.rejected()
+
+    def doubts(self) -> list[Finding]:
+        """Doubts about how the accepted step was solved."""
+        return self._forces.doubts() if self._forces else []
 
     def gave_up(self) -> list[str]:
         """Tell what the last failed step was given up for besides its own failure."""

@@ -110,8 +110,8 @@ class LaggedFactorsSolver(InnerSolvers):
         worth = self._is_worth_factors(ksp)
         if self._tangent == self._factorised:
             solver = self.direct
-            self.direct.getPC().setReusePreconditioner(True)
-            self._solve_by(self.direct, ksp, b, x)
+            solver.getPC().setReusePreconditioner(True)
+            self._solve_by(solver, ksp, b, x)
         elif worth or not self._lagged(ksp, b, x):
             solver = self.direct
             self._factorise(ksp, b, x)

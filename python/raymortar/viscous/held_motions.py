@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.compat import Array
 from ..core.errors import ConvergenceError, warn
+from ..core.finding import Finding
 from ..core.interface.zone_data import mean_facet_size
 from ..core.state import State
 from ..diagnose.failure import attempt, iterations_of
@@ -37,6 +38,8 @@ HOLDS, YIELDS, MOST_HELD = 0.1, 0.01, 6
 # factor: it grows by 2.7 for a disc with its weight aside, by 5 for a block that is pushed
 # beyond its friction
 GROWN = 4.0
+
+PRESCRIBE = "prescribe it if its place matters"
 
 # Largest motion in the last solve, without viscous forces, as a share of the limit: a
 # body that moves further is held by nothing. And in a linear step, of a motion that
@@ -152,7 +155,7 @@ class HeldMotions:
             self._say("nothing resists that")
         return iterations
 
-    def _say(self, why: str, remedy: str = "prescribe it if its place matters") -> None:
+    def _say(self, why: str, remedy: str = PRESCRIBE) -> None:
         """Say once that motions are held."""
         if not self._said:
             self._said = True
@@ -171,12 +174,25 @@ class HeldMotions:
     def _say_driven(self, drive: float) -> None:
         """Say once by what share of its forces a held motion is driven."""
         self._told = drive
+        self._say(*self._driven(drive))
+
+    def _driven(self, drive: float) -> tuple[str, str]:
+        """What drives a held motion, in words, and what helps."""
         driven = f"{drive:.2g} of its forces drive that"
         if any(one.friction is not None for one in self._contact.contacts):
             remedy = 'a limit load takes strategy="halve"'
-            self._say(f"{driven}, more than friction resists", remedy)
-        else:
-            self._say(f"{driven}, nothing resists it")
+            return f"{driven}, more than friction resists", remedy
+        return f"{driven}, nothing resists it", PRESCRIBE
+
+    def doubts(self) -> list[Finding]:
+        """Tell of a motion that is held in the accepted state, and driven."""
+        if not (self.holds and self._drive > 0.0):
+            return []
+        why, remedy = self._driven(self._drive)
+        text = f"{' and '.join(self._words)}: {why}"
+        return [
+            Finding("", (), text, remedy.capitalize(), self._drive, about=("held",))
+        ]
 
     def _hold_more(self) -> None:
         """Hold the motion of the loose body that has taken off."""
