@@ -56,11 +56,12 @@ def corrections(rows: list[Row]) -> Table:
     """Paths with and without corrections by the same tangent."""
     lines = [["blocks", "unknowns", "tangents without", "with", "time with: without"]]
     for row in rows:
+        cells = PLURAL.get(row["cell"], row["cell"] + "s")
         friction = f"mu = {row['mu']}" if float(row["mu"]) else "no friction"
         seconds = [float(row[f"{name}_seconds"]) for name in ("corrected", "plain")]
         lines.append(
             [
-                f"{PLURAL.get(row['cell'], row['cell'] + 's')} of degree {row['degree']}, {friction}",
+                f"{cells} of degree {row['degree']}, {friction}",
                 row["unknowns"],
                 row["plain_tangents"],
                 row["corrected_tangents"],

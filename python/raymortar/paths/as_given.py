@@ -60,7 +60,7 @@ class AsGiven:
         return iterations
 
     def more_iterations(self) -> AbstractContextManager[object]:
-        """Let solves use tangents again, and go on for longer while they are not in
+        """Let solves correct iterates, and go on for longer while they are not in
         trouble, unless the user has limited them: in a halved step active sets are as far
         away as before."""
         solver, found = self._solver, ExitStack()

@@ -6,7 +6,7 @@
 - elimination, levels: a preconditioner that eliminates multipliers, with the levels of
   the bodies
 - condensed: a preconditioner of condensed systems
-- correcting: further corrections of iterates by one tangent
+- correcting: corrections of iterates by the factors of their last tangent
 - kept_forms: what is kept of linear forms
 - inner: Python contexts that know the problem, solvers within solvers
 - settings: misspelt options and settings, PETSc's reasons in words

@@ -1,4 +1,4 @@
-"""Further corrections of Newton's iterates, by the factors that there are."""
+"""Corrections of Newton's iterates by the factors of their last tangent."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from .settings import temporarily
 
 LINE_SEARCH = "snes_linesearch_type"
 
-# Shares of the residual that an iteration may leave to be corrected, and a correction
+# Largest shares of the residual that an iteration leaves whose iterate is corrected, and
+# that a correction leaves after which another one follows
 ITERATION_LEAVES, LEAVES = 0.1, 0.3
 
 # Share of the tolerances at which corrections end. They converge linearly, and would
-# stop right below a tolerance that the last iteration of Newton's method leaves far behind
+# stop right below the tolerances; Newton's method mostly ends far below
 SURPLUS = 1e-4
 
 
 class Corrections:
-    """Corrects an iterate by the tangent that led to it, to the solution. Collective.
+    """Corrects an iterate by the tangent that led to it, up to a solution. Collective.
 
-    A residual and a solve with the factors that there are take a part of an iteration
-    only. So a tangent whose step has left a small share of the residual makes further
-    ones as long as each leaves a small share [theory (5.26)]. If they do not end at a
-    solution, the iterate is restored: a path has the iterates of Newton's method but for
-    the last ones of a step.
+    A correction takes a residual and a solve with factors that exist, which is less than
+    an iteration. An iterate is corrected if its iteration has left a small share of the
+    residual, and as long as each correction does [theory (5.26)]. If corrections do not
+    end at a solution, the iterate is restored: a path has the iterates of Newton's
+    method but for the last ones of a step.
     """
 
     def __init__(self, solver: Any) -> None:

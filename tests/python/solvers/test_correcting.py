@@ -48,9 +48,17 @@ def test_the_same_solution_takes_fewer_tangents(solver):
 def test_one_that_leaves_too_much_is_taken_back(solver, monkeypatch):
     plain = found(*solved(solver))
     monkeypatch.setattr(module, "LEAVES", 0.0)
+    asked, corrects = [], module.Corrections._corrects
+
+    def noted(*given):
+        asked.append(corrects(*given))
+        return asked[-1]
+
+    monkeypatch.setattr(module.Corrections, "_corrects", noted)
     problem, own = solved(solver)
     with correcting(own):
         iterations, history, u = found(problem, own)
+    assert asked and not any(asked)
     assert iterations == plain[0]
     np.testing.assert_allclose(history[:-1], plain[1][:-1], rtol=1e-9)
     np.testing.assert_allclose(u, plain[2], rtol=0.0, atol=1e-13)
@@ -129,5 +137,4 @@ def test_a_field_is_solved_by_newtons_method_alone(solver):
         load.value, down.value = t, -0.1 * t
 
     raymortar.LoadSteps(solver(both), apply, 1).run()
-
     assert worst(T.x.array - 5.0) <= 1e-9

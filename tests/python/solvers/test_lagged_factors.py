@@ -205,9 +205,8 @@ def test_monitors_see_the_iterations():
 
 @pytest.mark.mpi
 def test_a_second_system_of_a_factorised_tangent_needs_no_gmres():
-    solver = slid("triangle", 1, "augmented", solvers.lagged_factors(), steps=1)[
-        0
-    ].solver
+    one, _ = slid("triangle", 1, "augmented", solvers.lagged_factors(), steps=1)
+    solver = one.solver
     lagged, A = context(solver), solver.A
     b, x = A.createVecRight(), A.createVecRight()
     b.set(1.0)
@@ -218,8 +217,7 @@ def test_a_second_system_of_a_factorised_tangent_needs_no_gmres():
     b.scale(2.0)
     solver.krylov_solver.solve(b, x)
     assert (lagged._taken, lagged.factorisations) == before
-    residual_of = A * x - b
-    assert residual_of.norm() <= 1e-8 * b.norm()
+    assert (A * x - b).norm() <= 1e-8 * b.norm()
 
 
 @pytest.mark.mpi

@@ -330,8 +330,8 @@ class SNESSolver(CoupledSolver):
         return bool(self.snes.getConvergedReason() == NO_DESCENT)
 
     def _corrected(self) -> bool:
-        """Let the iterate be corrected; return whether no error is left to be raised
-        after the solve. Collective."""
+        """Let the iterate be corrected; return False after an error, which does not
+        leave through PETSc but is raised after the solve. Collective."""
         try:
             if self.on_iterate is not None:
                 self.on_iterate(self.snes.getSolution(), self.snes.getFunction()[0])

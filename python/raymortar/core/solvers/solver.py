@@ -38,8 +38,8 @@ class CoupledSolver(ABC):
     tolerances
         rtol and atol.
     on_iterate
-        Called with each iterate and its residual, which it may correct by the factors
-        that there are, before the iterate is judged. None: nothing is.
+        Function that is called with each iterate and its residual before the iterate is
+        judged, and may change both. None: no function.
     """
 
     A: PETSc.Mat
