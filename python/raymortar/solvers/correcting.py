@@ -42,8 +42,7 @@ class Corrections:
         history, now = self._problem.history, self._problem.convergence.now
         if len(history) < 2 or history[-1] > ITERATION_LEAVES * history[-2]:
             return
-        # The norm of a residual is that of forces, and does not tell whether a
-        # temperature converges
+        # The norm contains forces only: a temperature may diverge while it falls
         if len(now.residual) > now.count or self._has_ended(1.0):
             return
         count, best = len(history), (x.copy(), b.copy())

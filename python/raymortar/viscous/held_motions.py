@@ -177,7 +177,7 @@ class HeldMotions:
         self._say(*self._driven(drive))
 
     def _driven(self, drive: float) -> tuple[str, str]:
-        """What drives a held motion, in words, and what helps."""
+        """Words on the share of forces that drives a held motion, and the remedy."""
         driven = f"{drive:.2g} of its forces drive that"
         if any(one.friction is not None for one in self._contact.contacts):
             remedy = 'a limit load takes strategy="halve"'
