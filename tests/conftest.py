@@ -2,7 +2,6 @@
 
 import gc
 import json
-from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,7 @@ from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
 
-from raymortar.paths import as_given
+from raymortar.solvers import correcting
 
 
 @pytest.fixture(autouse=True)
@@ -47,7 +46,7 @@ def folder(tmp_path):
 @pytest.fixture
 def uncorrected(monkeypatch):
     """Paths solve by Newton's method alone, a tangent for each iterate."""
-    monkeypatch.setattr(as_given, "correcting", lambda solver: nullcontext())
+    monkeypatch.setattr(correcting, "has_own_factors", lambda ksp: False)
 
 
 @pytest.fixture

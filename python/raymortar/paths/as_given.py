@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager, ExitStack
 from ..core.solvers.solver import MAX_IT
 from ..core.state import State
 from ..diagnose.failure import FAILURES
-from ..solvers.correcting import correcting
 from ..solvers.settings import temporarily
 from .load_path import PrescribedPath
 from .prediction import Prediction
@@ -60,12 +59,10 @@ class AsGiven:
         return iterations
 
     def more_iterations(self) -> AbstractContextManager[object]:
-        """Let solves correct iterates, and go on for longer while they are not in
-        trouble, unless the user has limited them: in a halved step active sets are as far
-        away as before."""
+        """Let solves go on for longer while they are not in trouble, unless the user has
+        limited them: in a halved step active sets are as far away as before."""
         solver, found = self._solver, ExitStack()
         if self._automatic and getattr(solver, "max_it", None) == MAX_IT:
-            found.enter_context(correcting(solver))
             most, convergence = MORE_ITERATIONS * MAX_IT, solver.problem.convergence
             found.enter_context(temporarily(convergence, lasts=True))
             found.enter_context(temporarily(solver, max_it=most))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
 from functools import partial
 
 from ..core.errors import ConvergenceError
 from ..core.finding import Finding
 from ..core.state import State
 from ..diagnose.failure import FAILURES, attempt
+from ..solvers.correcting import correcting
 from ..solvers.settings import temporarily
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
@@ -101,7 +103,8 @@ class Strategies:
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         patient = not (self._automatic or self._asked_for)
-        with temporarily(convergence, patient=patient, hasty=False):
+        corrected = correcting(self.solver) if self._automatic else nullcontext()
+        with corrected, temporarily(convergence, patient=patient, hasty=False):
             try:
                 iterations = self._held(now, last, ratio)
                 if iterations is None:

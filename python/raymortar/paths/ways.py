@@ -8,6 +8,7 @@ from typing import Any
 
 from ..core.solvers.newton import SNESSolver
 from ..diagnose.failure import FAILURES, iterations_of
+from ..solvers.correcting import correcting
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .load_path import PrescribedPath
@@ -53,7 +54,9 @@ class SmallGamma(Strategy):
 
     def solve(self, first: bool = False) -> int:
         """Solve both; where the second solve fails, the tenth may stay."""
-        return solve_by_small_gamma(self._searching or self._solver, self.given)
+        given, searching = self._solver, self._searching
+        with correcting(given, searching):
+            return solve_by_small_gamma(searching or given, self.given)
 
     def give_back(self, kept: int) -> None:
         """Undo reductions of gamma beyond a number of them. Collective."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
@@ -10,6 +11,7 @@ from petsc4py import PETSc
 from ..core.discretization.ranks import destroy
 from ..core.errors import ConvergenceError, NotFinite
 from ..core.solvers.newton import NewtonSolver, SNESSolver
+from ..core.solvers.solver import MAX_IT
 from .lagging_factors import LaggedFactorsSolver
 from .settings import temporarily
 
@@ -17,10 +19,10 @@ LINE_SEARCH = "snes_linesearch_type"
 
 # Largest shares of the residual that an iteration leaves whose iterate is corrected, and
 # that a correction leaves after which another one follows
-ITERATION_LEAVES, LEAVES = 0.1, 0.3
+ITERATION_LEAVES, LEAVES = 0.1, 0.5
 
-# Share of the tolerances at which corrections end. They converge linearly, and would
-# stop right below the tolerances; Newton's method mostly ends far below
+# Share of the tolerances at which corrections end. They converge more slowly than
+# Newton's method, which mostly ends far below the tolerances, and would end right below
 SURPLUS = 1e-4
 
 
@@ -28,26 +30,31 @@ class Corrections:
     """Corrects an iterate by the tangent that led to it, up to a solution. Collective.
 
     A correction takes a residual and a solve with factors that exist, which is less than
-    an iteration. An iterate is corrected if its iteration has left a small share of the
-    residual, and as long as each correction does [theory (5.26)]. If corrections do not
+    an iteration. Each of them updates the tangent. An iterate is corrected if its
+    iteration has left a small share of the residual, and as long as each correction
+    does [theory (5.26)]. If corrections do not
     end at a solution, the iterate is restored: a path has the iterates of Newton's
     method but for the last ones of a step.
     """
 
     def __init__(self, solver: Any) -> None:
         self._solver, self._problem = solver, solver.problem
+        self._last = 0.0  # residual of the last iterate
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Correct an iterate, and b, its residual."""
         history, now = self._problem.history, self._problem.convergence.now
-        if len(history) < 2 or history[-1] > ITERATION_LEAVES * history[-2]:
+        # A line search has residuals between those of iterates
+        last, self._last = self._last, history[-1]
+        if len(history) < 2 or history[-1] > ITERATION_LEAVES * last:
             return
         # The norm contains forces only: a temperature may diverge while it falls
         if len(now.residual) > now.count or self._has_ended(1.0):
             return
         count, best = len(history), (x.copy(), b.copy())
+        steps: list[PETSc.Vec] = []
         try:
-            while self._corrects(x, b):
+            while self._corrects(x, b, steps):
                 if self._has_ended(1.0):
                     now = self._problem.convergence.now
                     x.copy(best[0])
@@ -60,7 +67,7 @@ class Corrections:
                 self._problem.form(x)
                 self._problem.convergence.now = now
         finally:
-            destroy(*best)
+            destroy(*best, *steps)
         # Each iterate is in the history once
         history[count - 1 :] = [now.norm]
 
@@ -74,21 +81,41 @@ class Corrections:
         atol = atol if atol is None else share * atol
         return bool(convergence.reached(rtol, atol, at_once=share < 1.0))
 
-    def _corrects(self, x: PETSc.Vec, b: PETSc.Vec) -> bool:
-        """Correct once; return whether that has left a small share of the residual."""
-        convergence, change = self._problem.convergence, b.duplicate()
+    def _corrects(self, x: PETSc.Vec, b: PETSc.Vec, steps: list[PETSc.Vec]) -> bool:
+        """Correct once, and add the step to those before; return whether that has left
+        a small share of the residual."""
+        convergence, step = self._problem.convergence, b.duplicate()
         before = convergence.now.norm
+        steps.append(step)
         try:
-            self._solver.krylov_solver.solve(b, change)
-            x.axpy(-1.0, change)
+            self._solver.krylov_solver.solve(b, step)
+            step.scale(-1.0)
+            update(step, steps[:-1])
+            x.axpy(1.0, step)
             self._problem.F(x, b)
         except (ConvergenceError, NotFinite):
             return False
-        finally:
-            destroy(change)
         if self._solver.scale is not None:
             b.pointwiseMult(b, self._solver.scale)
         return bool(convergence.now.norm <= LEAVES * before)
+
+
+def update(step: PETSc.Vec, before: Sequence[PETSc.Vec]) -> None:
+    """Turn a step by the first tangent into one by the tangent that all steps before
+    have updated. Collective.
+
+    Broyden's update [theory (5.27)], as C. T. Kelley has it in *Iterative Methods for
+    Linear and Nonlinear Equations* (1995), 7.3. Unknowns of contact are lengths, and so
+    is what the products compare.
+    """
+    for one, after in zip(before, before[1:]):
+        step.axpy(one.dot(step) / one.dot(one), after)
+    if before:
+        last = before[-1]
+        share = last.dot(step) / last.dot(last)
+        if share >= 1.0:
+            raise ConvergenceError("the updated tangent is singular")
+        step.scale(1.0 / (1.0 - share))
 
 
 def takes_full_steps(solver: Any) -> bool:
@@ -108,12 +135,19 @@ def has_own_factors(ksp: PETSc.KSP) -> bool:
     return ksp.getType() == "preonly" and ksp.getPC().getType() in ("lu", "cholesky")
 
 
-def correcting(solver: Any) -> AbstractContextManager[Any]:
-    """Have iterates of a solver corrected for a while, if that may save time: it takes
-    full steps, and factorises tangents."""
-    damped = getattr(solver, "relaxation_parameter", 1.0) != 1.0
-    if damped or not takes_full_steps(solver):
+def correcting(
+    given: Any, acting: SNESSolver | None = None
+) -> AbstractContextManager[Any]:
+    """Have iterates corrected for a while, if that may save time: the solver that the
+    user has given takes full steps, without a limit of theirs, and factorises tangents.
+
+    Iterates are those of `acting`, if it acts in place of the given one.
+    """
+    is_default = getattr(given, "max_it", None) == MAX_IT
+    damped = getattr(given, "relaxation_parameter", 1.0) != 1.0
+    if not is_default or damped or not takes_full_steps(given):
         return nullcontext()
+    solver = acting or given
     if not has_own_factors(solver.krylov_solver):
         return nullcontext()
     return temporarily(solver, on_iterate=Corrections(solver))

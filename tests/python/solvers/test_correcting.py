@@ -1,15 +1,23 @@
 """Iterates that are corrected again by the tangent that led to them."""
 
+from mpi4py import MPI
+from petsc4py import PETSc
+
 import numpy as np
 import pytest
 import ufl
+from arriving import loose_stack
 from dolfinx import fem
 from load_paths import blocks, top_moves
+from pathing import take
 from problems import SOLVERS, fix, residual, tolerate, worst
 from squeezing import squeezed
 
 import raymortar
 from raymortar.core import compat
+from raymortar.paths.prediction import Lessons
+from raymortar.paths.strategy import FULL
+from raymortar.paths.ways import SmallGamma
 from raymortar.solvers import correcting as module
 from raymortar.solvers.correcting import correcting
 
@@ -76,6 +84,54 @@ def test_an_error_in_a_correction_is_raised(solver):
         own.solve()
 
 
+def test_corrections_update_the_tangent():
+    """Each step is that by Broyden's tangent, written out."""
+    random = np.random.default_rng(1)
+    A = np.eye(4) + 0.2 * random.standard_normal((4, 4))
+    B, steps = A.copy(), []
+    for _ in range(4):
+        r = random.standard_normal(4)
+        if steps:
+            last = steps[-1].array
+            B += np.outer(r, last) / (last @ last)
+        step = PETSc.Vec().createWithArray(np.linalg.solve(A, -r), comm=MPI.COMM_SELF)
+        module.update(step, steps)
+        steps.append(step)
+        np.testing.assert_allclose(step.array, np.linalg.solve(B, -r), rtol=1e-9)
+
+
+def test_updated_tangents_save_residuals(monkeypatch):
+    counts, corrects = [0, 0], module.Corrections._corrects
+    for one, update in enumerate((module.update, lambda step, before: None)):
+
+        def counted(*given, one=one):
+            counts[one] += 1
+            return corrects(*given)
+
+        monkeypatch.setattr(module, "update", update)
+        monkeypatch.setattr(module.Corrections, "_corrects", counted)
+        problem, own = solved(SOLVERS[0])
+        with correcting(own):
+            own.solve()
+    assert 0 < counts[0] < counts[1]
+
+
+def test_a_line_search_in_place_of_full_steps_is_corrected():
+    """Its residuals between two iterates do not count."""
+    problem, own = solved(raymortar.NewtonSolver, step=1.0)
+    plain, search = [
+        raymortar.SNESSolver(problem.problem, {"snes_linesearch_type": "l2"})
+        for _ in range(2)
+    ]
+    begin = problem.problem.contact.state()
+    without, _ = plain.solve()
+    problem.problem.contact.restore(begin)
+    with correcting(own, search):
+        assert own.on_iterate is None
+        corrected, _ = search.solve()
+    assert corrected < without
+
+
 def test_a_correction_that_is_no_number_is_taken_back(monkeypatch):
     problem, own = solved(SOLVERS[0])
     residual, calls = problem.problem.F, []
@@ -114,6 +170,27 @@ def test_paths_correct_unless_iterations_are_limited(solver):
             tolerate(problem.solver, max_it=limit)
         counts.append(sum(step.tangents for step in steps.run()))
     assert counts[0] <= counts[1] - 4
+
+
+def fall():
+    """Tangents of blocks that fall on each other under viscous forces."""
+    path = loose_stack(steps=1)
+    take(path)
+    return path.problem.tangents
+
+
+def small_gamma():
+    """Tangents of a solve by a small gamma, then by gamma itself."""
+    problem, own = solved(raymortar.NewtonSolver)
+    SmallGamma(own, Lessons(FULL)).solve()
+    return problem.problem.tangents
+
+
+@pytest.mark.parametrize("way", [fall, small_gamma])
+def test_other_ways_correct(way, monkeypatch):
+    corrected = way()
+    monkeypatch.setattr(module, "has_own_factors", lambda ksp: False)
+    assert corrected < way()
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
