@@ -95,8 +95,8 @@ def iterative(multigrid: str = "bodies", **options: Any) -> dict[str, Any]:
         unknowns near contact.
     options
         Options to add or to replace, such as ``ksp_rtol=1e-6``. ``bodies_most``: Krylov
-        iterations that blocks of a former tangent may cost before new ones are taken;
-        -1: each tangent gives new ones.
+        iterations that blocks of a former tangent may cost before new ones are taken,
+        twice as many ahead of a solve's last tangent; -1: each tangent gives new ones.
 
     Returns
     -------

@@ -201,7 +201,9 @@ class BodiesPreconditioner(KnowsProblem):
         """Whether the blocks at hand suit the present tangent. Collective."""
         same = np.array_equal(self.levels.fixed, self.problem.constrained)
         changed = not same or self._gamma_then != self._gammas()
-        worn = self._excess > self._most
+        # New ones for the last iteration alone would cost more than they save
+        most = self._most * (1 + self.problem.convergence.is_last)
+        worn = self._excess > most
         return not self.contact.layout.comm.allreduce(int(worn or changed))
 
     def _gammas(self) -> list[float]:

@@ -343,3 +343,18 @@ def test_tractions_that_vanish_are_no_reason_to_go_on():
         convergence.accept()
         found.append(convergence.reached(1e-9, None))
     assert found[:2] == [False, False] and found[-1]
+
+
+def test_the_iteration_is_the_last_one_where_its_square_ends_the_solve():
+    """Each residual falls by the square of what the one before fell by."""
+    convergence = Tool("triangle").problem.problem.convergence
+    one = np.ones(convergence.groups.count)
+    found = []
+    for residual in (1.0, 1e-2, 5e-5, 1e-9):
+        none = np.zeros_like(one)
+        convergence.measure((residual * one, one, none, one))
+        convergence.accept()
+        found.append((convergence.reached(1e-8, None), convergence.is_last))
+    assert found == [(False, False)] * 2 + [(False, True), (True, True)]
+    convergence.start()
+    assert not convergence.is_last

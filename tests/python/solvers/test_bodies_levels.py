@@ -100,10 +100,12 @@ def test_products_of_the_volume_serve_once_and_only_for_the_same_bodies(
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("method", METHODS)
-def test_levels_of_degree_2_take_the_bodies_part_of_the_tangent(method):
+def test_levels_take_the_bodies_part_of_the_tangent(method, degree):
     """The tangent less contact's own, without the room that contact has in it."""
-    problem = blocks(method=METHODS[method](), friction=Coulomb(0.3))
+    friction = Coulomb(0.3)
+    problem = blocks(degree=degree, method=METHODS[method](), friction=friction)
     solved(problem, solvers.direct())
     coupled = problem.problem
     A, x = coupled.create_matrix(), coupled.start()
@@ -118,10 +120,31 @@ def test_levels_of_degree_2_take_the_bodies_part_of_the_tangent(method):
     own.mult(given, found)
     assert worst(found.array - image.array) <= 1e-12 * worst(image.array)
     assert entries(own) > entries(K) and own.getBlockSizes() == K.getBlockSizes()
-    step = LinearInterpolation(problem.u.function_space, coupled.constrained)
-    with_room, bare = (step.product(one) for one in (own, K))
+    with_room, bare = own, K
+    if degree == 2:
+        step = LinearInterpolation(problem.u.function_space, coupled.constrained)
+        with_room, bare = (step.product(one) for one in (own, K))
     assert entries(with_room) > entries(bare)
-    assert entries(levels_of._without_room(with_room)) <= entries(bare)
+    fewer = levels_of._without_room(with_room)
+    assert entries(fewer) <= entries(bare)
+    assert fewer.getBlockSizes() == K.getBlockSizes()
+    x, product = bare.createVecs()
+    x.array[:] = np.random.default_rng(COMM.rank).random(x.local_size)
+    bare.mult(x, product)
+    image = product.duplicate()
+    fewer.mult(x, image)
+    assert worst(image.array - product.array) <= 1e-12 * worst(product.array)
+
+
+@pytest.mark.parametrize("degree", [1, 2])
+def test_levels_with_a_tangent_at_hand_assemble_no_other(degree, monkeypatch):
+    coupled = blocks(degree=degree).problem
+    A, x = coupled.create_matrix(), coupled.start()
+    coupled.J(x, A)
+    monkeypatch.delattr(levels_of, "assemble_matrix")
+    with PetscOptions("given_", solvers.iterative("bodies")):
+        levels = BodiesLevels(coupled, "given_displacement_levels_", A)
+    assert levels.interpolations
 
 
 def entries(A):

@@ -7,6 +7,7 @@ from pressed_blocks import FRICTIONS, METHODS, blocks, solved, unknowns
 from problems import SOLVERS, fix, worst
 
 from raymortar import ContactWarning, Coulomb, SNESSolver, solvers
+from raymortar.core.convergence.convergence import Convergence
 from raymortar.solvers import elimination
 
 pytestmark = pytest.mark.mpi
@@ -62,6 +63,22 @@ def test_blocks_end_once_they_have_cost_more_than_new_ones(taken):
     (each, fewest, tangents), (some, between, _), (once, most, _) = found
     assert each == tangents > some > once == 1
     assert fewest < between < most
+
+
+def test_the_last_iteration_gets_no_blocks_of_its_own(taken, monkeypatch):
+    """Blocks that have cost as much as new ones serve it: these would serve it alone."""
+    saved = []
+    for most in range(4, 16, 2):
+        options, sets = solvers.iterative("bodies", bodies_most=most), []
+        for patch in ({}, {"is_last": False}):
+            del taken[:]
+            with monkeypatch.context() as unknown:
+                for name, value in patch.items():
+                    unknown.setattr(Convergence, name, value)
+                slipping(options)
+            sets.append(len(taken))
+        saved.append(sets[1] - sets[0])
+    assert 0 <= min(saved) <= max(saved) == 1
 
 
 def test_blocks_end_with_another_gamma_and_other_prescribed_dofs(taken):

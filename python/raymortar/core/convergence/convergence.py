@@ -80,6 +80,8 @@ class Convergence:
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
+        # Tolerance of the last call of `reached`
+        self._rtol = 0.0
         # Residuals of the last two iterates
         self._last: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()
@@ -146,12 +148,23 @@ class Convergence:
         of the residual that ends a solve. Force. None: the rounding error of each group,
         once iterations no longer reduce the residual, or `at_once`.
         """
+        self._rtol = rtol
         if self.is_pending(rtol):
             return False
         balanced = self.balanced(rtol, atol, at_once)
         if atol is not None and self.now.norm <= atol:
             balanced = balanced[self.now.count :]
         return bool(balanced.all())
+
+    @property
+    def is_last(self) -> bool:
+        """Whether the present iteration is likely to end the solve, to `rtol`: its
+        residual falls by the square of what the last one fell by."""
+        if len(self.norms) < 2 or not self.norms[-2] > 0.0:
+            return False
+        fell, forces = self.norms[-1] / self.norms[-2], self.forces[: self.now.count]
+        most = self._rtol * float(np.linalg.norm(forces))
+        return self.norms[-1] * fell**2 <= most
 
     @property
     def forces(self) -> Array:
