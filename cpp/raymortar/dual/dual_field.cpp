@@ -14,10 +14,12 @@ std::size_t as_size(Integer k)
 std::vector<GapTests> dual_gap_tests(const ContactState& s,
                                      const DualBasis& basis,
                                      const std::vector<DualFacet>& facets,
-                                     const FacetIntegrals& tested)
+                                     const FacetIntegrals& tested,
+                                     std::span<const std::int8_t> held)
 {
   using Table =
       Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const std::size_t dofs = as_size(s.slave.dofs_per_facet());
   const Eigen::Index width = 1 + s.slave.gdim;
   const double* from = tested.data();
   std::vector<GapTests> tests(facets.size());
@@ -35,26 +37,32 @@ std::vector<GapTests> dual_gap_tests(const ContactState& s,
     one.spread = one.gaps * basis.spread * one.from_nodal;
     one.slack = facet.slack();
     one.by_share = slack_by_share(s, facet);
+    one.tested = one.gaps * facet.weight.asDiagonal();
+    for (std::size_t k = 0; k < as_size(n) and not held.empty(); ++k)
+    {
+      one.is_plain[k] = held[f * dofs + k] != 0;
+      const auto c = static_cast<Eigen::Index>(k);
+      if (one.is_plain[k])
+        one.tested.col(c) = integrals.row(c).transpose();
+    }
   }
   return tests;
 }
 
-void add_tested_gaps(const ContactState& s,
-                     const std::vector<DualFacet>& facets,
-                     const std::vector<GapTests>& tests, NodeSums& sums)
+void add_tested_gaps(const ContactState& s, const std::vector<GapTests>& tests,
+                     NodeSums& sums)
 {
-  for (std::size_t f = 0; f < facets.size(); ++f)
+  const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
+  for (std::size_t f = 0; f < tests.size(); ++f)
   {
-    const auto& gaps = tests[f].gaps;
-    const auto nodes = s.multipliers.nodes_of(static_cast<Index>(f),
-                                              as_size(facets[f].weight.size()));
-    for (Eigen::Index k = 0; k < gaps.cols(); ++k)
+    const auto& tested = tests[f].tested;
+    const auto nodes = s.multipliers.nodes_of(static_cast<Index>(f), n);
+    for (Eigen::Index k = 0; k < tested.cols(); ++k)
     {
       const Index node = nodes[as_size(k)];
-      const double d = facets[f].weight[k];
-      sums.at(node, NodeSum::gap) += d * gaps(0, k);
-      for (Eigen::Index i = 1; i < gaps.rows(); ++i)
-        sums.add(node, NodeVector::slip, as_size(i - 1), d * gaps(i, k));
+      sums.at(node, NodeSum::gap) += tested(0, k);
+      for (Eigen::Index i = 1; i < tested.rows(); ++i)
+        sums.add(node, NodeVector::slip, as_size(i - 1), tested(i, k));
     }
   }
 }

@@ -52,15 +52,16 @@ struct DualFacet
 
 /// @brief Project gaps and slips  [theory (4.38)].
 /// @param[in] tested Their integrals with the test functions B
+/// @param[in] held Nonzero for nodes that take B, (facets, dofs per facet);
+/// empty: none  [theory (4.56)]
 [[nodiscard]] std::vector<GapTests>
 dual_gap_tests(const ContactState& s, const DualBasis& basis,
                const std::vector<DualFacet>& facets,
-               const FacetIntegrals& tested);
+               const FacetIntegrals& tested, std::span<const std::int8_t> held);
 
 /// @brief Add what the dual functions test of these to the sums of nodes.
-void add_tested_gaps(const ContactState& s,
-                     const std::vector<DualFacet>& facets,
-                     const std::vector<GapTests>& tests, NodeSums& sums);
+void add_tested_gaps(const ContactState& s, const std::vector<GapTests>& tests,
+                     NodeSums& sums);
 
 /// @brief Change of a facet's slack times its area per covered reference
 /// coordinates, for fixed area.

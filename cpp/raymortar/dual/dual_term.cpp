@@ -156,14 +156,15 @@ DualTerm::DualTerm(const ContactState& s, bool has_moving_segments)
 {
 }
 
-NodeSums DualTerm::sum_nodes(const ContactState& s)
+NodeSums DualTerm::sum_nodes(const ContactState& s,
+                             std::span<const std::int8_t> held)
 {
   _facets = dual_facets(s, _basis);
   FacetIntegrals tested;
   NodeSums sums =
       dynamic_cast<const NodalAssembler&>(*assembler()).node_sums(s, &tested);
-  _functions->gap_tests = dual_gap_tests(s, _basis, _facets, tested);
-  add_tested_gaps(s, _facets, _functions->gap_tests, sums);
+  _functions->gap_tests = dual_gap_tests(s, _basis, _facets, tested, held);
+  add_tested_gaps(s, _functions->gap_tests, sums);
   return sums;
 }
 

@@ -28,7 +28,9 @@ public:
 
   /// @brief Make the dual functions of the present points, and sum what points
   /// give to nodes: gaps and slips by these functions  [theory (4.38)].
-  [[nodiscard]] NodeSums sum_nodes(const ContactState& s);
+  /// @param[in] held Of DampingTerm: these nodes take test functions (4.56)
+  [[nodiscard]] NodeSums sum_nodes(const ContactState& s,
+                                   std::span<const std::int8_t> held);
   /// Makes the tractions of these functions
   void take_sums(const ContactState& s) override;
 
@@ -53,7 +55,8 @@ protected:
     auto term = std::make_unique<DualTerm>(s, moves);
     DualTerm& dual = *term;
     return {std::move(term),
-            [&dual](const ContactState& now) { return dual.sum_nodes(now); }};
+            [&dual](const ContactState& now, std::span<const std::int8_t> held)
+            { return dual.sum_nodes(now, held); }};
   }
 };
 } // namespace raymortar

@@ -147,6 +147,11 @@ void DampingTerm::begin_step(const StepStart& start)
                  0);
   put_rows(near.unfelt, d, facets, _unfelt);
   put_rows(far.unfelt, d, others, _unfelt);
+  const auto nodes =
+      static_cast<std::size_t>(start.state.slave.dofs_per_facet());
+  _held_nodes.assign(start.state.slave.facet_dofs.size(), 0);
+  put_rows(near.nodes, nodes, facets, _held_nodes);
+  put_rows(far.nodes, nodes, others, _held_nodes);
 }
 
 void DampingTerm::set_kept(const Multipliers& m,

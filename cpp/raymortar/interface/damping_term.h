@@ -58,6 +58,13 @@ public:
     return _unfelt;
   }
 
+  /// @brief Nonzero for nodes that are held along the facet's normal, as is
+  /// some of what they face at the start of the step, (facets, dofs per facet).
+  [[nodiscard]] std::span<const std::int8_t> held_nodes() const
+  {
+    return _held_nodes;
+  }
+
 private:
   double _modulus = 1.0;
   int _gdim = 0;
@@ -66,5 +73,6 @@ private:
   std::vector<FacetBlock> _rest;     ///< of the same, (5.23)
   std::vector<FacetBlock> _acting;   ///< one or the other of each
   std::vector<std::int8_t> _unfelt;
+  std::vector<std::int8_t> _held_nodes;
 };
 } // namespace raymortar

@@ -216,6 +216,17 @@ Mat<F::gdim, F::gdim> frictional_weights(const Candidate<F>& one,
   return W;
 }
 
+/// Weight of a multiplier along the normal, by how much of the normal may move
+/// here. Without friction only a node that is held along the normal has a
+/// traction in excess: rollers along the surface, or nearly so, change nothing
+/// [theory (5.7)]
+template <int D>
+double normal_weight(const Vec<D>& share, const Vec<D>& moves, const Vec<D>& n)
+{
+  const Vec<D> squares = n.cwiseAbs2();
+  return std::max(0.0, 1.0 - 2.0 * moves.dot(squares)) * share.dot(squares);
+}
+
 /// Weights of the multiplier's components, (components, components)
 /// [theory (5.7)]
 template <class F>
@@ -225,24 +236,26 @@ Eigen::MatrixXd weights(const ContactState& s, const Candidate<F>& one,
   const Vec<F::gdim> damped = one.share();
   if (s.friction)
     return damped.asDiagonal();
-  // Without friction only a node that is held along the normal has a traction
-  // in excess: rollers along the surface, or nearly so, change nothing
-  const Vec<F::gdim> squares = n.cwiseAbs2();
   const Vec<F::gdim> moves =
       (one.held.rowwise().sum().array() == 0.0).template cast<double>();
-  const double w =
-      std::max(0.0, 1.0 - 2.0 * moves.dot(squares)) * damped.dot(squares);
+  const double w = normal_weight<F::gdim>(damped, moves, n);
   if (s.multipliers.components == 1)
     return Eigen::MatrixXd::Constant(1, 1, w);
   return w * n * n.transpose();
 }
 
 template <class F>
+auto middle_frame(const ContactState& s, Index facet)
+{
+  return frame_at<F>(s.slave.nodes<F>(s.slave.X, facet),
+                     middle_of_reference<F>());
+}
+
+template <class F>
 FacetBlock damping(const ContactState& s, double modulus,
                    const Candidate<F>& one, bool is_kept = false)
 {
-  const auto frame = frame_at<F>(s.slave.nodes<F>(s.slave.X, one.slave),
-                                 middle_of_reference<F>());
+  const auto frame = middle_frame<F>(s, one.slave);
   const double area = s.points.whole[one.slave];
   const double size = s.points.width[one.slave];
   const Eigen::MatrixXd W =
@@ -257,6 +270,23 @@ FacetBlock damping(const ContactState& s, double modulus,
       facet.block.push_back(S(k / m, j / m) * W(k % m, j % m));
   return facet;
 }
+
+/// Mark the nodes of a facet that are held along its normal, as is some of what
+/// they face
+template <class F>
+void mark_nodes(const ContactState& s, const Candidate<F>& one,
+                std::span<std::int8_t> nodes)
+{
+  const Vec<F::gdim> n = middle_frame<F>(s, one.slave).n;
+  const auto first = static_cast<std::size_t>(one.slave) * F::dofs;
+  for (std::size_t a = 0; a < F::dofs; ++a)
+  {
+    const Vec<F::gdim> moves =
+        Vec<F::gdim>::Ones() - one.held.col(static_cast<int>(a));
+    nodes[first + a] = normal_weight<F::gdim>(one.share(), moves, n) > unmet;
+  }
+}
+
 bool may_be_damped(const ContactState& s)
 {
   return s.multipliers.components > 0 and
@@ -298,6 +328,7 @@ void find_held_facets(const ContactState& s,
   const auto d = static_cast<std::size_t>(s.slave.gdim);
   held.known.resize(facets, 0);
   held.unfelt.resize(facets * d, 0);
+  held.nodes.resize(s.slave.facet_dofs.size(), 0);
   const auto add = [&]<class F>(F)
   {
     auto found = candidates<F>(s.slave, fixed_slave, held.known);
@@ -310,6 +341,7 @@ void find_held_facets(const ContactState& s,
       for (int i = 0; i < F::gdim; ++i)
         held.unfelt[static_cast<std::size_t>(one.slave) * d +
                     static_cast<std::size_t>(i)] = one.is_unfelt(i);
+      mark_nodes<F>(s, one, held.nodes);
       if constexpr (F::degree == 1 or F::tdim == 1)
         if (may_be_damped(s) and not one.share().isZero(0.0))
         {

@@ -19,6 +19,9 @@ struct HeldFacets
   /// Nonzero where neither the facet nor what it faces is free to move in a
   /// component, (facets, gdim)
   std::vector<std::int8_t> unfelt;
+  /// Nonzero for nodes that are held along the facet's normal, as is some of
+  /// what they face, (facets, dofs per facet)  [theory (4.56)]
+  std::vector<std::int8_t> nodes;
 };
 
 /// @brief Slave facets that are damped where what lies opposite is held too, or

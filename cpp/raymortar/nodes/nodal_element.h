@@ -129,7 +129,7 @@ public:
         of_node += e.history.coefficient[0] * c.by_coefficient;
     }
     RowAtPoint<D, M> row{N[0], phi[0]};
-    if (_own)
+    if (_own and not _own->is_plain[static_cast<std::size_t>(k)])
     {
       const auto i = static_cast<Eigen::Index>(k);
       of_node += times_gap<D>(c, _own->gaps.col(i));
@@ -168,15 +168,16 @@ private:
     for (int k = 0; k < _count; ++k)
     {
       const auto& B = _tests[static_cast<std::size_t>(k)];
+      for (std::size_t p = 0; p <= T; ++p)
+        _projected[p] += B[p] * _own->gaps.col(k);
+      if (_own->is_plain[static_cast<std::size_t>(k)])
+        continue;
       auto& phi = _gap_tests[static_cast<std::size_t>(k)];
       phi.fill(0.0);
       for (std::size_t p = 0; p <= T; ++p)
-      {
         for (int b = 0; b < _count; ++b)
           phi[p] +=
               _own->from_nodal(b, k) * _tests[static_cast<std::size_t>(b)][p];
-        _projected[p] += B[p] * _own->gaps.col(k);
-      }
     }
   }
 

@@ -23,9 +23,12 @@ struct GapTests
   using Gaps = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 4, 4>;
   NodeMatrix from_nodal; ///< coefficients of test functions, for each node
   Gaps gaps;             ///< those of gap and slip; empty: nothing is covered
+  Gaps tested;           ///< integrals of these with each node's function
   Gaps spread;           ///< of these, what each node has
   double slack = 0.0;    ///< share of the latter in a node's row
   double by_share = 0.0; ///< its change per covered reference coordinates
+  /// Nodes that take their own test functions instead  [theory (4.56)]
+  std::array<bool, 4> is_plain{};
 };
 
 /// @brief The functions of all facets.

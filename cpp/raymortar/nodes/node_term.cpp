@@ -104,7 +104,7 @@ std::vector<FacetBlock> NodeTerm::rim_ties(const ContactState& s,
 
 std::vector<double> NodeTerm::own_sums(const ContactState& s) const
 {
-  NodeSums sums = _points(s);
+  NodeSums sums = _points(s, _damping.held_nodes());
   const std::size_t n = s.multipliers.per_facet(s.slave.num_facets());
   const auto dofs = static_cast<std::size_t>(s.slave.dofs_per_facet());
   const auto d = static_cast<std::size_t>(s.slave.gdim);
@@ -248,7 +248,8 @@ NodeTerms::Law NodeTerms::make_law(const ContactState& s, bool moves) const
 {
   auto term = std::make_unique<MortarTerm>(make_nodal_assembler(s), moves);
   const auto& points = dynamic_cast<const NodalAssembler&>(*term->assembler());
-  return {std::move(term), [&points](const ContactState& now)
+  return {std::move(term),
+          [&points](const ContactState& now, std::span<const std::int8_t>)
           { return points.node_sums(now, nullptr); }};
 }
 } // namespace raymortar

@@ -8,8 +8,9 @@
 
 namespace raymortar
 {
-/// Gives what points give to the nodes
-using PointSums = std::function<NodeSums(const ContactState&)>;
+/// Gives what points give to the nodes, with those that are held
+using PointSums =
+    std::function<NodeSums(const ContactState&, std::span<const std::int8_t>)>;
 
 /// @brief Rows of nodes whose law holds there  [theory (4.23)-(4.26)]. Elements
 /// give the derivatives by displacements.

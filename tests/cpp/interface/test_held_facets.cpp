@@ -252,6 +252,37 @@ TYPED_TEST(HeldFacetsTest, RollersAlongTheSurfaceCountWithFrictionOnly)
   expect_blocks<F>(s, rest_of(found), Mat<D, D>::Zero(), whole);
 }
 
+TYPED_TEST(HeldFacetsTest, NodesCountThatBothSidesHoldAlongTheNormal)
+{
+  using F = TypeParam;
+  constexpr int D = F::gdim;
+  const auto plates = paired_plates<F>(true);
+  const ContactState& s = plates->state();
+  const double edge = s.slave.nodes<F>(s.slave.X, 0).row(0).minCoeff();
+  const Held<F> at_edge = [&](const Vec<D>& x) -> Vec<D>
+  { return Vec<D>::Constant(x[0] < edge + 1e-9 ? 1.0 : 0.0); };
+  const Held<F> normal = [](const Vec<D>&) { return Vec<D>::Unit(D - 1); };
+  const Held<F> along = [](const Vec<D>&) -> Vec<D>
+  { return Vec<D>::Ones() - Vec<D>::Unit(D - 1); };
+  const auto count = [&](const Held<F>& slave, const Held<F>& master)
+  {
+    const auto found = find<F>(s, Law::friction, slave, master).nodes;
+    EXPECT_EQ(found.size(), s.slave.facet_dofs.size());
+    return std::count(found.begin(), found.end(), 1);
+  };
+  const auto all = static_cast<std::ptrdiff_t>(s.slave.facet_dofs.size());
+  EXPECT_EQ(count(everything<F>, everything<F>), all);
+  EXPECT_EQ(count(normal, normal), all);
+  EXPECT_EQ(count(along, everything<F>), 0);
+  EXPECT_EQ(count(everything<F>, along), 0);
+  EXPECT_EQ(count(everything<F>, nothing<F>), 0);
+  std::ptrdiff_t held = 0;
+  for (Index f = 0; f < s.slave.num_facets(); ++f)
+    held +=
+        (s.slave.nodes<F>(s.slave.X, f).row(0).array() < edge + 1e-9).count();
+  EXPECT_EQ(count(at_edge, everything<F>), held);
+}
+
 TYPED_TEST(HeldFacetsTest, NodesHeldAlongTheSurfaceAreDampedNextToFreeOnes)
 {
   using F = TypeParam;
