@@ -8,8 +8,9 @@ from typing import Any
 
 from petsc4py import PETSc
 
+from ..core.convergence.convergence import Imbalance
 from ..core.discretization.ranks import destroy
-from ..core.errors import ConvergenceError, NotFinite
+from ..core.errors import ContactError, ConvergenceError, NotFinite
 from ..core.solvers.newton import NewtonSolver, SNESSolver
 from ..core.solvers.solver import MAX_IT
 from .lagging_factors import LaggedFactorsSolver
@@ -19,7 +20,7 @@ LINE_SEARCH = "snes_linesearch_type"
 
 # Largest shares of the residual that an iteration leaves whose iterate is corrected, and
 # that a correction leaves after which another one follows
-ITERATION_LEAVES, LEAVES = 0.1, 0.5
+ITERATION_LEAVES, LEAVES = 0.2, 0.7
 
 # Share of the tolerances at which corrections end. They converge more slowly than
 # Newton's method, which mostly ends far below the tolerances, and would end right below
@@ -39,42 +40,59 @@ class Corrections:
 
     def __init__(self, solver: Any) -> None:
         self._solver, self._problem = solver, solver.problem
-        self._last = 0.0  # residual of the last iterate
+        self._convergence = solver.problem.convergence
+        self._norm = 0.0  # residual of the last iterate
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Correct an iterate, and b, its residual."""
-        history, now = self._problem.history, self._problem.convergence.now
+        convergence, history = self._convergence, self._problem.history
+        now, last = convergence.now, convergence.last
         # A line search has residuals between those of iterates
-        last, self._last = self._last, history[-1]
-        if len(history) < 2 or history[-1] > ITERATION_LEAVES * last:
+        before, self._norm = self._norm, history[-1]
+        if len(history) < 2 or history[-1] > ITERATION_LEAVES * before:
             return
         # The norm contains forces only: a temperature may diverge while it falls
-        if len(now.residual) > now.count or self._has_ended(1.0):
+        if len(now.residual) > now.count:
             return
-        count, best = len(history), (x.copy(), b.copy())
+        convergence.last = last[1], now.residual
+        if not self._has_ended(1.0):
+            count = len(history)
+            now, last = self._best(x, b, now, last)
+            # Each iterate is in the history once
+            history[count - 1 :] = [now.norm]
+        convergence.now, convergence.last = now, last
+
+    def _best(
+        self, x: PETSc.Vec, b: PETSc.Vec, now: Imbalance, last: Any
+    ) -> tuple[Imbalance, Any]:
+        """Correct up to a solution, or restore the iterate; return its imbalance, and the
+        residuals of the last two iterates."""
+        convergence, best = self._convergence, (x.copy(), b.copy())
         steps: list[PETSc.Vec] = []
+        goes_on = True
         try:
-            while self._corrects(x, b, steps):
+            while goes_on:
+                is_best = False
+                goes_on = self._corrects(x, b, steps)
                 if self._has_ended(1.0):
-                    now = self._problem.convergence.now
+                    is_best = True
+                    now, last = convergence.now, convergence.last
                     x.copy(best[0])
                     b.copy(best[1])
-                    if self._has_ended(SURPLUS):
-                        break
-            else:
-                best[0].copy(x)
-                best[1].copy(b)
-                self._problem.form(x)
-                self._problem.convergence.now = now
-        finally:
-            destroy(*best, *steps)
-        # Each iterate is in the history once
-        history[count - 1 :] = [now.norm]
+                    goes_on = goes_on and not self._has_ended(SURPLUS)
+        except (ConvergenceError, ContactError, NotFinite, PETSc.Error):
+            pass
+        if not is_best:
+            best[0].copy(x)
+            best[1].copy(b)
+            self._problem.form(x)
+        destroy(*best, *steps)
+        return now, last
 
     def _has_ended(self, share: float) -> bool:
         """Whether the iterate is a solution to a share of the tolerances, or down to
         rounding, or is not yet where it is prescribed."""
-        convergence, solver = self._problem.convergence, self._solver
+        convergence, solver = self._convergence, self._solver
         rtol, atol = share * solver.tolerances[0], solver.force_tolerance
         if convergence.is_pending(rtol):
             return True
@@ -84,20 +102,18 @@ class Corrections:
     def _corrects(self, x: PETSc.Vec, b: PETSc.Vec, steps: list[PETSc.Vec]) -> bool:
         """Correct once, and add the step to those before; return whether that has left
         a small share of the residual."""
-        convergence, step = self._problem.convergence, b.duplicate()
-        before = convergence.now.norm
+        convergence, step = self._convergence, b.duplicate()
+        before = convergence.now
         steps.append(step)
-        try:
-            self._solver.krylov_solver.solve(b, step)
-            step.scale(-1.0)
-            update(step, steps[:-1])
-            x.axpy(1.0, step)
-            self._problem.F(x, b)
-        except (ConvergenceError, NotFinite):
-            return False
+        self._solver.krylov_solver.solve(b, step)
+        step.scale(-1.0)
+        update(step, steps[:-1])
+        x.axpy(1.0, step)
+        self._problem.F(x, b)
         if self._solver.scale is not None:
             b.pointwiseMult(b, self._solver.scale)
-        return bool(convergence.now.norm <= LEAVES * before)
+        convergence.last = before.residual, convergence.now.residual
+        return bool(convergence.now.norm <= LEAVES * before.norm)
 
 
 def update(step: PETSc.Vec, before: Sequence[PETSc.Vec]) -> None:
@@ -143,11 +159,12 @@ def correcting(
 
     Iterates are those of `acting`, if it acts in place of the given one.
     """
-    is_default = getattr(given, "max_it", None) == MAX_IT
-    damped = getattr(given, "relaxation_parameter", 1.0) != 1.0
-    if not is_default or damped or not takes_full_steps(given):
-        return nullcontext()
     solver = acting or given
+    on_iterate = getattr(solver, "on_iterate", None)  # the user's
+    is_free = getattr(given, "max_it", None) == MAX_IT and on_iterate is None
+    damped = getattr(given, "relaxation_parameter", 1.0) != 1.0
+    if not is_free or damped or not takes_full_steps(given):
+        return nullcontext()
     if not has_own_factors(solver.krylov_solver):
         return nullcontext()
     return temporarily(solver, on_iterate=Corrections(solver))

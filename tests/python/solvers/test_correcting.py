@@ -1,5 +1,7 @@
 """Iterates that are corrected again by the tangent that led to them."""
 
+from contextlib import nullcontext
+
 from mpi4py import MPI
 from petsc4py import PETSc
 
@@ -132,14 +134,15 @@ def test_a_line_search_in_place_of_full_steps_is_corrected():
     assert corrected < without
 
 
-def test_a_correction_that_is_no_number_is_taken_back(monkeypatch):
+@pytest.mark.parametrize("error", [raymortar.ConvergenceError, raymortar.ContactError])
+def test_a_correction_that_fails_is_taken_back(error, monkeypatch):
     problem, own = solved(SOLVERS[0])
     residual, calls = problem.problem.F, []
 
     def F(x, b):
         calls.append(problem.problem.tangents)
         if calls.count(calls[-1]) > 1:
-            raise raymortar.ConvergenceError("no return mapping")
+            raise error("no return mapping")
         residual(x, b)
 
     monkeypatch.setattr(problem.problem, "F", F)
@@ -184,6 +187,27 @@ def small_gamma():
     problem, own = solved(raymortar.NewtonSolver)
     SmallGamma(own, Lessons(FULL)).solve()
     return problem.problem.tangents
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_corrections_end_at_rounding(solver):
+    """Below it no residual meets a tolerance: a solve ends where it falls no more."""
+    counts = []
+    for corrects in (False, True):
+        problem, own = solved(solver)
+        tolerate(own, rtol=1e-16)
+        with correcting(own) if corrects else nullcontext():
+            own.solve()
+        counts.append(problem.problem.tangents)
+    assert counts[1] < counts[0] - 1
+
+
+def test_a_users_own_callback_stays():
+    problem, steps = top_moves("quadrilateral", raymortar.NewtonSolver)
+    seen = []
+    problem.solver.on_iterate = lambda x, b: seen.append(b.norm())
+    found = steps.run()
+    assert len(seen) == sum(step.tangents + 1 for step in found)
 
 
 @pytest.mark.parametrize("way", [fall, small_gamma])

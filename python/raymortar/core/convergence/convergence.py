@@ -83,7 +83,7 @@ class Convergence:
         # Tolerance of the last call of `reached`
         self._rtol = 0.0
         # Residuals of the last two iterates
-        self._last: tuple[Array | None, Array | None] = (None, None)
+        self.last: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()
         self._field_floors = np.zeros(self.groups.count)
         self._inertia_floors = np.zeros(self.groups.count)
@@ -98,7 +98,7 @@ class Convergence:
         """Begin a solve. Collective."""
         self._floors = self.groups.floors()
         self._inertia_floors[:] = 0.0
-        self._last, self.now = (None, None), UNKNOWN
+        self.last, self.now = (None, None), UNKNOWN
         self._first = UNKNOWN
         self.norms.clear()
 
@@ -129,7 +129,7 @@ class Convergence:
 
     def accept(self) -> None:
         """Note that the last residual belongs to an iterate, not to a trial step."""
-        self._last = self._last[1], self.now.residual
+        self.last = self.last[1], self.now.residual
         if (self.now.lacking > 256.0 * EPS * self.now.sizes).any():
             self.norms.clear()
         else:
@@ -188,8 +188,8 @@ class Convergence:
         # A body of soft and stiff parts has the rounding error of the stiff ones, and
         # may have all forces of the others below: it counts where nothing improves
         settled: Any = at_once
-        if not at_once and self._last[0] is not None:
-            settled = now.residual >= 0.1 * self._last[0]
+        if not at_once and self.last[0] is not None:
+            settled = now.residual >= 0.1 * self.last[0]
         floors = self._floors + self._field_floors + self._inertia_floors
         rounding = settled & (now.residual <= floors)
         # The tractions of a surface that opens vanish, and their residual with them
