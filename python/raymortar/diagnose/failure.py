@@ -198,7 +198,10 @@ def what_limits(problem: CoupledProblem, halvings: int) -> list[str]:
             f"cells are pressed to {stretch:.2g} of their length before it, most around "
             f"the undeformed {place}: to go further, mesh the deformed bodies anew"
         ]
-    return ["the load may have its maximum here, which control= passes"]
+    return [
+        "the load may have its maximum here: control= passes it where bodies give way, "
+        "not where friction does"
+    ]
 
 
 def has_diverged(history: Sequence[float]) -> bool:
