@@ -46,16 +46,11 @@ class Watched(Convergence):
         super().__init__(groups)
         self.patient, self.lasts, self.hasty = True, False, False
         self.watcher: Callable[[], None] | None = None
-        self._asked: tuple[float, float | None] | None = None
 
     def accept(self) -> None:
         super().accept()
         if self.watcher is not None:
             self.watcher()
-
-    def reached(self, rtol: float, atol: float | None, at_once: bool = False) -> bool:
-        self._asked = rtol, atol
-        return super().reached(rtol, atol, at_once)
 
     @property
     def is_stuck(self) -> bool:

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, ExitStack
 from ..core.solvers.solver import MAX_IT
 from ..core.state import State
 from ..diagnose.failure import FAILURES
-from ..solvers.settings import temporarily
+from ..solvers.settings import is_limited, temporarily
 from .load_path import PrescribedPath
 from .prediction import Prediction
 from .soft_start import MORE_ITERATIONS, PlainSolver
@@ -62,7 +62,7 @@ class AsGiven:
         """Let solves go on for longer while they are not in trouble, unless the user has
         limited them: in a halved step active sets are as far away as before."""
         solver, found = self._solver, ExitStack()
-        if self._automatic and getattr(solver, "max_it", None) == MAX_IT:
+        if self._automatic and not is_limited(solver):
             most, convergence = MORE_ITERATIONS * MAX_IT, solver.problem.convergence
             found.enter_context(temporarily(convergence, lasts=True))
             found.enter_context(temporarily(solver, max_it=most))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, suppress
 from typing import Any
 
 from petsc4py import PETSc
 
+import numpy as np
+
 from ..core.convergence.convergence import Imbalance
 from ..core.discretization.ranks import destroy
-from ..core.errors import ContactError, ConvergenceError, NotFinite
 from ..core.solvers.newton import NewtonSolver, SNESSolver
-from ..core.solvers.solver import MAX_IT
+from ..diagnose.failure import FAILURES
 from .lagging_factors import LaggedFactorsSolver
-from .settings import temporarily
+from .settings import is_limited, temporarily
 
 LINE_SEARCH = "snes_linesearch_type"
 
@@ -33,61 +34,57 @@ class Corrections:
     A correction takes a residual and a solve with factors that exist, which is less than
     an iteration. Each of them updates the tangent. An iterate is corrected if its
     iteration has left a small share of the residual, and as long as each correction
-    does [theory (5.26)]. If corrections do not
-    end at a solution, the iterate is restored: a path has the iterates of Newton's
-    method but for the last ones of a step.
+    does [theory (5.26)]. If corrections do not end at a solution, the iterate is
+    restored: a path has the iterates of Newton's method but for the last ones of a step.
     """
 
     def __init__(self, solver: Any) -> None:
         self._solver, self._problem = solver, solver.problem
         self._convergence = solver.problem.convergence
-        self._norm = 0.0  # residual of the last iterate
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Correct an iterate, and b, its residual."""
         convergence, history = self._convergence, self._problem.history
-        now, last = convergence.now, convergence.last
-        # A line search has residuals between those of iterates
-        before, self._norm = self._norm, history[-1]
-        if len(history) < 2 or history[-1] > ITERATION_LEAVES * before:
-            return
+        now, recent = convergence.now, convergence.recent
         # The norm contains forces only: a temperature may diverge while it falls
-        if len(now.residual) > now.count:
+        if recent[1] is None or len(now.residual) > now.count:
             return
-        convergence.last = last[1], now.residual
+        if now.norm > ITERATION_LEAVES * float(np.linalg.norm(recent[1])):
+            return
+        convergence.recent = recent[1], now.residual
         if not self._has_ended(1.0):
             count = len(history)
-            now, last = self._best(x, b, now, last)
+            now, recent = self._best(x, b, now, recent)
             # Each iterate is in the history once
             history[count - 1 :] = [now.norm]
-        convergence.now, convergence.last = now, last
+        convergence.now, convergence.recent = now, recent
 
     def _best(
-        self, x: PETSc.Vec, b: PETSc.Vec, now: Imbalance, last: Any
+        self, x: PETSc.Vec, b: PETSc.Vec, now: Imbalance, recent: Any
     ) -> tuple[Imbalance, Any]:
         """Correct up to a solution, or restore the iterate; return its imbalance, and the
         residuals of the last two iterates."""
         convergence, best = self._convergence, (x.copy(), b.copy())
         steps: list[PETSc.Vec] = []
-        goes_on = True
+        is_best, goes_on = True, True
         try:
-            while goes_on:
-                is_best = False
-                goes_on = self._corrects(x, b, steps)
-                if self._has_ended(1.0):
-                    is_best = True
-                    now, last = convergence.now, convergence.last
-                    x.copy(best[0])
-                    b.copy(best[1])
-                    goes_on = goes_on and not self._has_ended(SURPLUS)
-        except (ConvergenceError, ContactError, NotFinite, PETSc.Error):
-            pass
-        if not is_best:
-            best[0].copy(x)
-            best[1].copy(b)
-            self._problem.form(x)
-        destroy(*best, *steps)
-        return now, last
+            with suppress(*FAILURES):
+                while goes_on:
+                    is_best = False
+                    goes_on = self._corrects(x, b, steps)
+                    if self._has_ended(1.0):
+                        is_best = True
+                        now, recent = convergence.now, convergence.recent
+                        x.copy(best[0])
+                        b.copy(best[1])
+                        goes_on = goes_on and not self._has_ended(SURPLUS)
+            if not is_best:
+                best[0].copy(x)
+                best[1].copy(b)
+                self._problem.form(x)
+        finally:
+            destroy(*best, *steps)
+        return now, recent
 
     def _has_ended(self, share: float) -> bool:
         """Whether the iterate is a solution to a share of the tolerances, or down to
@@ -112,7 +109,7 @@ class Corrections:
         self._problem.F(x, b)
         if self._solver.scale is not None:
             b.pointwiseMult(b, self._solver.scale)
-        convergence.last = before.residual, convergence.now.residual
+        convergence.recent = before.residual, convergence.now.residual
         return bool(convergence.now.norm <= LEAVES * before.norm)
 
 
@@ -154,15 +151,15 @@ def correcting(
     given: Any, acting: SNESSolver | None = None
 ) -> AbstractContextManager[Any]:
     """Have iterates corrected for a while, if that may save time: the solver that the
-    user has given takes full steps, without a limit of theirs, and factorises tangents.
+    user has given takes full steps without a limit of the user's, and factorises
+    tangents.
 
-    Iterates are those of `acting`, if it acts in place of the given one.
+    Iterates of `acting` are corrected, if it solves in place of the given one.
     """
     solver = acting or given
-    on_iterate = getattr(solver, "on_iterate", None)  # the user's
-    is_free = getattr(given, "max_it", None) == MAX_IT and on_iterate is None
+    is_watched = getattr(solver, "on_iterate", None) is not None
     damped = getattr(given, "relaxation_parameter", 1.0) != 1.0
-    if not is_free or damped or not takes_full_steps(given):
+    if is_limited(given) or is_watched or damped or not takes_full_steps(given):
         return nullcontext()
     if not has_own_factors(solver.krylov_solver):
         return nullcontext()

@@ -202,7 +202,7 @@ class BodiesPreconditioner(KnowsProblem):
         same = np.array_equal(self.levels.fixed, self.problem.constrained)
         changed = not same or self._gamma_then != self._gammas()
         # New ones for the last iteration alone would cost more than they save
-        most = self._most * (1 + self.problem.convergence.is_last)
+        most = self._most * (2 if self.problem.convergence.is_last else 1)
         worn = self._excess > most
         return not self.contact.layout.comm.allreduce(int(worn or changed))
 

@@ -17,7 +17,7 @@ from ..core import compat
 from ..core.errors import raise_everywhere, warn
 from ..core.problem import CoupledProblem
 from ..core.solvers.petsc_objects import DIRECT, NOT_A_NUMBER, PetscOptions
-from ..core.solvers.solver import CoupledSolver
+from ..core.solvers.solver import MAX_IT, CoupledSolver
 
 # Settings of DOLFINx's Newton solver, which programs look for in others
 _NAMES = ("rtol", "atol", "max_it", "relaxation_parameter", "convergence_criterion")
@@ -70,6 +70,11 @@ class WatchedOptions(PetscOptions):
                 "solver not in use. Names have no dash and no prefix, as 'snes_rtol'",
                 page="use",
             )
+
+
+def is_limited(solver: Any) -> bool:
+    """Whether the user has limited the iterations of a solver, or its limit is not known."""
+    return getattr(solver, "max_it", None) != MAX_IT
 
 
 def reason_in_words(reason: int) -> str:

@@ -175,20 +175,6 @@ def test_paths_correct_unless_iterations_are_limited(solver):
     assert counts[0] <= counts[1] - 4
 
 
-def fall():
-    """Tangents of blocks that fall on each other under viscous forces."""
-    path = loose_stack(steps=1)
-    take(path)
-    return path.problem.tangents
-
-
-def small_gamma():
-    """Tangents of a solve by a small gamma, then by gamma itself."""
-    problem, own = solved(raymortar.NewtonSolver)
-    SmallGamma(own, Lessons(FULL)).solve()
-    return problem.problem.tangents
-
-
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_corrections_end_at_rounding(solver):
     """Below it no residual meets a tolerance: a solve ends where it falls no more."""
@@ -208,6 +194,20 @@ def test_a_users_own_callback_stays():
     problem.solver.on_iterate = lambda x, b: seen.append(b.norm())
     found = steps.run()
     assert len(seen) == sum(step.tangents + 1 for step in found)
+
+
+def fall():
+    """Tangents of blocks that fall on each other under viscous forces."""
+    path = loose_stack(steps=1)
+    take(path)
+    return path.problem.tangents
+
+
+def small_gamma():
+    """Tangents of a solve by a small gamma, then by gamma itself."""
+    problem, own = solved(raymortar.NewtonSolver)
+    SmallGamma(own, Lessons(FULL)).solve()
+    return problem.problem.tangents
 
 
 @pytest.mark.parametrize("way", [fall, small_gamma])

@@ -80,10 +80,10 @@ class Convergence:
         self.norms: list[float] = []
         self.now: Imbalance = UNKNOWN
         self._first: Imbalance = UNKNOWN
-        # Tolerance of the last call of `reached`
-        self._rtol = 0.0
+        # Tolerances of the last call of `reached`
+        self._asked: tuple[float, float | None] | None = None
         # Residuals of the last two iterates
-        self.last: tuple[Array | None, Array | None] = (None, None)
+        self.recent: tuple[Array | None, Array | None] = (None, None)
         self._floors = self.groups.floors()
         self._field_floors = np.zeros(self.groups.count)
         self._inertia_floors = np.zeros(self.groups.count)
@@ -98,7 +98,7 @@ class Convergence:
         """Begin a solve. Collective."""
         self._floors = self.groups.floors()
         self._inertia_floors[:] = 0.0
-        self.last, self.now = (None, None), UNKNOWN
+        self.recent, self.now = (None, None), UNKNOWN
         self._first = UNKNOWN
         self.norms.clear()
 
@@ -129,7 +129,7 @@ class Convergence:
 
     def accept(self) -> None:
         """Note that the last residual belongs to an iterate, not to a trial step."""
-        self.last = self.last[1], self.now.residual
+        self.recent = self.recent[1], self.now.residual
         if (self.now.lacking > 256.0 * EPS * self.now.sizes).any():
             self.norms.clear()
         else:
@@ -148,7 +148,7 @@ class Convergence:
         of the residual that ends a solve. Force. None: the rounding error of each group,
         once iterations no longer reduce the residual, or `at_once`.
         """
-        self._rtol = rtol
+        self._asked = rtol, atol
         if self.is_pending(rtol):
             return False
         balanced = self.balanced(rtol, atol, at_once)
@@ -160,10 +160,11 @@ class Convergence:
     def is_last(self) -> bool:
         """Whether the present iteration is likely to end the solve, to `rtol`: its
         residual falls by the square of what the last one fell by."""
-        if len(self.norms) < 2 or not self.norms[-2] > 0.0:
+        asked = self._asked
+        if asked is None or len(self.norms) < 2 or not self.norms[-2] > 0.0:
             return False
         fell, forces = self.norms[-1] / self.norms[-2], self.forces[: self.now.count]
-        most = self._rtol * float(np.linalg.norm(forces))
+        most = asked[0] * float(np.linalg.norm(forces))
         return self.norms[-1] * fell**2 <= most
 
     @property
@@ -188,8 +189,8 @@ class Convergence:
         # A body of soft and stiff parts has the rounding error of the stiff ones, and
         # may have all forces of the others below: it counts where nothing improves
         settled: Any = at_once
-        if not at_once and self.last[0] is not None:
-            settled = now.residual >= 0.1 * self.last[0]
+        if not at_once and self.recent[0] is not None:
+            settled = now.residual >= 0.1 * self.recent[0]
         floors = self._floors + self._field_floors + self._inertia_floors
         rounding = settled & (now.residual <= floors)
         # The tractions of a surface that opens vanish, and their residual with them
