@@ -94,11 +94,13 @@ def resting(
     degree=1,
     force=1.0,
     lean=0.0,
+    aside=0.0,
     **options,
 ):
     """LoadSteps of two steps over a block under its weight, which nothing but contact
     holds, above a wider one; `force` is the unit of forces. With `lean` the
-    weight, the same in all, is off the middle, so that points touch one by one.
+    weight, the same in all, is off the middle, so that points touch one by one; `aside`
+    is the share of it that acts along x besides.
 
     Returns
     -------
@@ -114,7 +116,8 @@ def resting(
     x = ufl.SpatialCoordinate(scene.mesh)[0]
     density *= 1.0 + lean * (2.0 * x - 1.0)
     factor = fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
-    form += factor * density * ufl.TestFunction(V)[dim - 1] * ufl.dx
+    v = ufl.TestFunction(V)
+    form += factor * density * (v[dim - 1] - aside * v[0]) * ufl.dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
     contact = Contact(u, scene.facet_tags, pairs, friction=friction)
     problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom")])

@@ -10,6 +10,7 @@ from ..diagnose.failure import FAILURES
 from ..diagnose.lost_contact import has_no_springs, touched
 from .budget import Budget
 from .held_motions import SETTLED, HeldMotions
+from .landing import Landing
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
@@ -56,6 +57,7 @@ class Stabilization(HeldMotions):
         self.has_caught = False
         self._begun = self._problem.tangents  # before the present step
         self._fading = Budget(self._problem)
+        self._landing = Landing(self._problem, self._loose, self._limit)
 
     def is_of_use(self) -> bool:
         """Whether supports hold all bodies or contact is in reach. Collective.
@@ -89,6 +91,9 @@ class Stabilization(HeldMotions):
         self._fading.begin()
         scale, iterations, work = SHARE * self._factor, 0, 0.0
         most, each = self._most or MOST, each or self._plain
+        landed = self._landed()
+        if landed is not None:
+            return landed
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, each)
@@ -127,6 +132,20 @@ class Stabilization(HeldMotions):
             f"viscous forces have not faded after {most} solves: they are "
             f"{share:.3g} of all forces of a body that nothing holds"
         )
+
+    def _landed(self) -> int | None:
+        """Let bodies fall, and solve without the forces from there; return None if that
+        fails."""
+        work = self._landing.land() if self.has_loose else None
+        if work is None:
+            return None
+        self.work += work
+        last = self._without()
+        if last is None and self._free is not None:
+            last = self._hold(self._limit)
+        if last is not None:
+            self.has_caught, self.share = True, 0.0
+        return last
 
     def _under(self, scale: float, solve: Callable[[], int]) -> tuple[int, float]:
         """Solve once under viscous forces; return iterations and their last scale."""

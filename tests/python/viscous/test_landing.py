@@ -1,0 +1,80 @@
+"""Bodies that nothing touches land without a tangent."""
+
+from mpi4py import MPI
+
+import numpy as np
+import pytest
+from load_paths import resting
+from problems import worst
+
+from raymortar import Coulomb
+from raymortar.viscous.landing import Landing
+
+GAP, LIMIT, SHARE = 0.37, 0.1, 0.5
+
+
+def falling(cell, gap=GAP, share=SHARE, **options):
+    """Landing of a block under a share of its weight.
+
+    Returns
+    -------
+    problem, Landing, whether a local node is of the block, load along its axis (force).
+    """
+    problem, steps, weight = resting(cell, gap, **options)
+    steps.apply(share)
+    contact = problem.contact
+    of, slave = contact.system.bodies, contact.zones[0].facets.slave_surface
+    block = contact.layout.comm.allreduce(of.dofs[slave.dofs].max(initial=0), MPI.MAX)
+    fall = Landing(problem, np.arange(of.count) == block, LIMIT)
+    return problem, fall, of.dofs == block, share * weight
+
+
+def nodal(problem):
+    """Displacements of this rank's nodes, (n, d)."""
+    u = problem.contact.u
+    return u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
+
+
+@pytest.mark.mpi
+def test_a_body_moves_as_a_rigid_one_until_its_load_is_borne(cell):
+    problem, fall, is_block, load = falling(cell)
+    way = fall.land() / load
+    u, points = nodal(problem), problem.contact.points()
+    assert GAP < way < GAP + LIMIT and problem.tangents == 0
+    assert worst(u[~is_block]) == 0.0 and worst(u[is_block, :-1]) <= 1e-12
+    assert worst(u[is_block, -1] + way) <= 1e-12
+    springs = points["weight"] * points["gamma"]
+    deep = np.maximum(-points["gap"], 0.0)
+    mine = np.array([springs @ deep, springs[deep > 0.0].sum()])
+    borne, stiffness = problem.comm.allreduce(mine)
+    # As near as the halves of the last move come
+    assert load <= borne <= load + stiffness * LIMIT / 1000.0
+
+
+@pytest.mark.mpi
+def test_a_fall_is_no_slip():
+    problem, fall, *_ = falling("quadrilateral", friction=Coulomb(0.5), aside=0.3)
+    fall.land()
+    problem.contact.update()
+    points = problem.contact.points()
+    assert points["gap"].min(initial=0.0) < 0.0 or not len(points["gap"])
+    assert worst(points["slip"]) == 0.0
+    assert worst(nodal(problem)[:, 0]) > 0.2 * GAP
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap, share", [(GAP, 0.0), (50.0, SHARE)])
+def test_a_body_without_a_load_or_a_floor_stays(gap, share):
+    """Where 200 moves do not suffice, it is back where it was."""
+    problem, fall, *_ = falling("triangle", gap, share)
+    assert fall.land() is None
+    assert worst(nodal(problem)) == 0.0
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [0.1, 5.0])
+def test_a_path_takes_no_more_tangents_from_high_above(gap):
+    problem, steps, weight = resting("quadrilateral", gap, Coulomb(0.3), stabilize=True)
+    steps.run()
+    assert problem.tangents <= 6
+    assert abs(problem.contact.resultant(0).force[-1] - weight) <= 1e-9 * weight
