@@ -278,12 +278,13 @@ void mark_nodes(const ContactState& s, const Candidate<F>& one,
                 std::span<std::int8_t> nodes)
 {
   const Vec<F::gdim> n = middle_frame<F>(s, one.slave).n;
+  const Vec<F::gdim> share = one.share();
   const auto first = static_cast<std::size_t>(one.slave) * F::dofs;
   for (std::size_t a = 0; a < F::dofs; ++a)
   {
     const Vec<F::gdim> moves =
         Vec<F::gdim>::Ones() - one.held.col(static_cast<int>(a));
-    nodes[first + a] = normal_weight<F::gdim>(one.share(), moves, n) > unmet;
+    nodes[first + a] = normal_weight<F::gdim>(share, moves, n) > unmet;
   }
 }
 

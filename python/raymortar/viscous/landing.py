@@ -130,4 +130,4 @@ class Landing:
 
 def _by_body(body: Indices, values: Array, count: int) -> Array:
     """Sum values by body, (count,)."""
-    return np.bincount(body, values, count)
+    return np.asarray(np.bincount(body, values, count), dtype=float)
