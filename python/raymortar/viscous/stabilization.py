@@ -91,9 +91,13 @@ class Stabilization(HeldMotions):
         self._fading.begin()
         scale, iterations, work = SHARE * self._factor, 0, 0.0
         most, each = self._most or MOST, each or self._plain
-        landed = self._landed()
-        if landed is not None:
-            return landed
+        fall = self._landing.land() if self.has_loose else None
+        if fall is not None:
+            last = self._landed()
+            if last is not None:
+                self.work += fall
+                return last
+            work = fall
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, each)
@@ -134,12 +138,7 @@ class Stabilization(HeldMotions):
         )
 
     def _landed(self) -> int | None:
-        """Let bodies fall, and solve without the forces from there; return None if that
-        fails."""
-        work = self._landing.land() if self.has_loose else None
-        if work is None:
-            return None
-        self.work += work
+        """Solve without the forces where bodies have landed; return None if that fails."""
         last = self._without()
         if last is None and self._free is not None:
             last = self._hold(self._limit)

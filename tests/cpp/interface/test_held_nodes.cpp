@@ -79,7 +79,10 @@ TYPED_TEST(HeldNodesTest, NodesCountThatBothSidesHoldAlongTheNormal)
   EXPECT_EQ(count(everything<F>, nothing<F>), 0);
   std::ptrdiff_t held = 0;
   for (Index f = 0; f < s.slave.num_facets(); ++f)
-    for (const double x : s.slave.nodes<F>(s.slave.X, f).row(0))
-      held += is_at(edge, x);
+  {
+    const auto x = s.slave.nodes<F>(s.slave.X, f);
+    for (int a = 0; a < F::dofs; ++a)
+      held += is_at(edge, x(0, a));
+  }
   EXPECT_EQ(count(at_edge, everything<F>), held);
 }
