@@ -10,7 +10,7 @@ from dolfinx import fem
 from first_tries import read
 from materials import MATERIALS, lame
 from pathing import Path
-from problems import COMM, fix, residual, stack
+from problems import COMM, cellwise, fix, residual, stack
 
 import raymortar
 from raymortar import rigid
@@ -47,19 +47,31 @@ def stacked(steps):
     )
 
 
-def loose_stack(fine=1, degree=1, gap=0.02, steps=4):
-    """Two blocks above a third one, under their weights, held by nothing but contact."""
-    scene = stack("quadrilateral", (3 * fine, 4 * fine, 2 * fine), gaps=(0.0, gap, gap))
+def loose_stack(
+    fine=1,
+    degree=1,
+    gap=0.02,
+    steps=4,
+    loaded="012",
+    held=("bottom",),
+    heights=(1.0, 1.0, 1.0),
+):
+    """Two blocks above a third one, under the weights of those that are loaded, held by
+    nothing but contact."""
+    divisions, gaps = (3 * fine, 4 * fine, 2 * fine), (0.0, gap, gap)
+    scene = stack("quadrilateral", divisions, heights, gaps)
     V = compat.vector_space(scene.mesh, degree)
     u, factor = fem.Function(V), fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
     form, _, _ = residual(scene, u, "neo-hookean", 100.0)
-    form += factor * ufl.TestFunction(V)[1] * ufl.dx
+    weights = cellwise(scene, {b: float(b in loaded) for b in scene.bodies})
+    form += factor * weights * ufl.TestFunction(V)[1] * ufl.dx
     tags = scene.tags
     pairs = [(tags[f"bottom_{i + 1}"], tags[f"top_{i}"]) for i in (0, 1)]
     contact = raymortar.Contact(
         u, scene.facet_tags, pairs, friction=raymortar.Coulomb(0.3)
     )
-    problem = raymortar.NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+    bcs = [fix(V, scene, side) for side in held]
+    problem = raymortar.NonlinearProblem(form, contact, bcs)
 
     def apply(t):
         factor.value = t

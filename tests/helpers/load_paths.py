@@ -95,12 +95,13 @@ def resting(
     force=1.0,
     lean=0.0,
     aside=0.0,
+    sinks=0.0,
     **options,
 ):
     """LoadSteps of two steps over a block under its weight, which nothing but contact
     holds, above a wider one; `force` is the unit of forces. With `lean` the
     weight, the same in all, is off the middle, so that points touch one by one; `aside`
-    is the share of it that acts along x besides.
+    is the share of it that acts along x besides. The lower block `sinks` by so much.
 
     Returns
     -------
@@ -120,10 +121,11 @@ def resting(
     form += factor * density * (v[dim - 1] - aside * v[0]) * ufl.dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
     contact = Contact(u, scene.facet_tags, pairs, friction=friction)
-    problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom")])
+    bottom = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
+    problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom", None, bottom)])
 
     def apply(t):
-        factor.value = t
+        factor.value, bottom.value[-1] = t, -sinks * t
 
     steps = LoadSteps(solver(problem), apply, 2, **options)
     return problem, steps, 20.0 * force * float(np.prod(size))

@@ -143,17 +143,27 @@ class HeldMotions:
         self._contact.restore(begin)
         return self._hold(self._limit) if takes_off else None
 
-    def _hold(self, farthest: float) -> int | None:
+    def _hold(self, farthest: float, may_let_go: bool = False) -> int | None:
         """Solve with the motion held of the loose body that has taken off, and say so
-        once; return None if that fails or moves a body too far."""
+        once; return None if that fails or moves a body too far. If asked, let go of a
+        body that stays then: it may have taken off from a state out of balance."""
         self._words.clear()
         self._hold_more()
         self._without_it = Backoff()
         self._without_it.failed()
         iterations = self.hold_on(self._plain, farthest)
         if iterations is not None and self.holds:
+            more = self._without() if may_let_go else None
+            if more is not None:
+                self._let_go()
+                return iterations + more
             self._say("nothing resists that")
         return iterations
+
+    def _let_go(self) -> None:
+        """Hold no motion any more."""
+        self._viscosity.release()
+        self.holds, self.share = False, 0.0
 
     def _say(self, why: str, remedy: str = PRESCRIBE) -> None:
         """Say once that motions are held."""
@@ -245,8 +255,7 @@ class HeldMotions:
                 if last is None:
                     self._say_again()
                     return iterations
-        self._viscosity.release()
-        self.holds, self.share = False, 0.0
+        self._let_go()
         return None if iterations is None or last is None else iterations + last
 
     def _relaxed(self) -> tuple[int, bool]:

@@ -139,11 +139,10 @@ class Stabilization(HeldMotions):
 
     def _landed(self) -> int | None:
         """Solve without the forces where bodies have landed; return None if that fails."""
-        last = self._without()
+        last, self.share = self._without(), 0.0
         if last is None and self._free is not None:
-            last = self._hold(self._limit)
-        if last is not None:
-            self.has_caught, self.share = True, 0.0
+            last = self._hold(self._limit, may_let_go=True)
+        self.has_caught |= last is not None
         return last
 
     def _under(self, scale: float, solve: Callable[[], int]) -> tuple[int, float]:

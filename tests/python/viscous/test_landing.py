@@ -4,11 +4,14 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
+from arriving import loose_stack
 from load_paths import resting
+from pathing import take
 from problems import worst
 
-from raymortar import Coulomb
+from raymortar import ConvergenceError, Coulomb
 from raymortar.viscous.landing import Landing
+from raymortar.viscous.stabilization import Stabilization
 
 GAP, LIMIT, SHARE = 0.37, 0.1, 0.5
 
@@ -63,10 +66,12 @@ def test_a_fall_is_no_slip():
 
 
 @pytest.mark.mpi
-@pytest.mark.parametrize("gap, share", [(GAP, 0.0), (50.0, SHARE)])
-def test_a_body_without_a_load_or_a_floor_stays(gap, share):
+@pytest.mark.parametrize(
+    "gap, share, sinks", [(GAP, 0.0, 0.0), (50.0, SHARE, 0.0), (GAP, SHARE, 0.1)]
+)
+def test_a_body_without_a_load_or_a_floor_at_rest_stays(gap, share, sinks):
     """Where 200 moves do not suffice, it is back where it was."""
-    problem, fall, *_ = falling("triangle", gap, share)
+    problem, fall, *_ = falling("triangle", gap, share, sinks=sinks)
     assert fall.land() is None
     assert worst(nodal(problem)) == 0.0
 
@@ -78,3 +83,51 @@ def test_a_path_takes_no_more_tangents_from_high_above(gap):
     steps.run()
     assert problem.tangents <= 6
     assert abs(problem.contact.resultant(0).force[-1] - weight) <= 1e-9 * weight
+
+
+def stack_of_bodies(path):
+    """Mean displacements along y of the bodies of a stack."""
+    problem = path.problem
+    of, u = problem.contact.system.bodies.dofs, nodal(problem)[:, 1]
+    owned = problem.contact.u.function_space.dofmap.index_map.size_local
+    sums = [np.bincount(of[:owned], one[:owned], 3) for one in (u, np.ones(len(u)))]
+    total = problem.comm.allreduce(np.array(sums))
+    return total[0] / total[1]
+
+
+@pytest.mark.mpi
+def test_bodies_that_bear_each_other_fall_as_one():
+    """A weight on the upper one of two loose bodies: the lower one has none."""
+    path = loose_stack(gap=0.1, steps=2, loaded="2")
+    found = take(path)
+    assert found.arrived and found.tangents <= 6
+    forces = path.result()
+    assert worst(forces[:, 1] - forces[0, 1]) <= 1e-9 * abs(forces[0, 1])
+
+
+@pytest.mark.mpi
+def test_a_fall_ends_at_a_thin_body():
+    """Half of the gap to what it faces is the largest move: 30 times a sheet here."""
+    path = loose_stack(
+        gap=0.67, loaded="2", held=("bottom", "bottom_1"), heights=(1.0, 0.02, 1.0)
+    )
+    path.apply(1.0)
+    loose = np.arange(3) == 2
+    assert Landing(path.problem, loose, 0.65).land() is not None
+    assert stack_of_bodies(path) == pytest.approx([0.0, 0.0, -0.67], abs=0.01)
+
+
+@pytest.mark.mpi
+def test_a_step_that_fails_has_no_work(monkeypatch):
+    _, steps, _ = resting("triangle", GAP)
+    steps.apply(SHARE)
+    forces = Stabilization(steps.solver, 1.0)
+
+    def fails(*_):
+        raise ConvergenceError("as asked")
+
+    monkeypatch.setattr(forces, "_landed", lambda: None)
+    monkeypatch.setattr(forces, "_under", fails)
+    with pytest.raises(ConvergenceError, match="as asked"):
+        forces.solve()
+    assert forces.work == 0.0
