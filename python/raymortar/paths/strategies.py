@@ -195,6 +195,7 @@ class Strategies:
                 iterations = self._attempt(way, False, now)
                 if iterations is not None:
                     return iterations
+                self._contact.restore(now)  # the next way is judged there
         return None
 
     def _attempt(self, way: Strategy, first: bool, now: State) -> int | None:

@@ -17,6 +17,7 @@ from raymortar.core.errors import SetUpError
 from raymortar.diagnose.trouble import is_hopeless, is_in_trouble
 from raymortar.paths.soft_start import with_line_search
 from raymortar.paths.strategy import FULL, SMALL_GAMMA, VISCOUS
+from raymortar.paths.ways import FadingForces, SmallGamma
 from raymortar.solvers import iterative
 
 sys.path.append(str(Place(__file__).parents[3] / "benchmarks" / "robustness"))
@@ -185,6 +186,29 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
     list(path)
     assert worst(problem.u.x.array) > 0.0
     assert problem.contact.gamma == gamma
+
+
+@pytest.mark.mpi
+def test_each_way_is_judged_at_the_accepted_state(monkeypatch):
+    """One that throws bodies out of reach does not end the tries."""
+    problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
+    failing, path, far = Failing(monkeypatch, problem), iter(steps), []
+    next(path)
+    u, accepted = problem.u.x.array, problem.u.x.array.copy()
+    is_of_use = FadingForces.is_of_use
+
+    def throws(self, first):
+        u[:] += 100.0
+
+    def noted(self):
+        far.append(worst(u - accepted))
+        return is_of_use(self)
+
+    monkeypatch.setattr(SmallGamma, "solve", throws)
+    monkeypatch.setattr(FadingForces, "is_of_use", noted)
+    failing.left = 1
+    assert next(path).strategy == VISCOUS
+    assert far == [0.0]
 
 
 @pytest.mark.mpi
