@@ -84,7 +84,7 @@ class HeldMotions:
         self._rest: tuple[float, State, Array] | None = None
         # Share of forces that drives the motion in the last solve, and the last one told
         self._drive = self._told = 0.0
-        self._words: list[str] = []  # motions that are held
+        self._ways: dict[str, list[str]] = {}  # by body, motions that are held
         # Motions of bodies, and change of the displacement, in the last solve under viscous
         # forces, and in a linear step that has moved a loose body far
         self._moving = np.zeros(groups.bodies), np.zeros(problem.contact.layout.n_u)
@@ -147,7 +147,7 @@ class HeldMotions:
         """Solve with the motion held of the loose body that has taken off, and say so
         once; return None if that fails or moves a body too far. If asked, let go of a
         body that stays then: it may have taken off from a state out of balance."""
-        self._words.clear()
+        self._ways.clear()
         self._hold_more()
         self._without_it = Backoff()
         self._without_it.failed()
@@ -170,8 +170,7 @@ class HeldMotions:
         if not self._said:
             self._said = True
             warn(
-                f"{' and '.join(self._words)}: {why}. Viscous forces hold it from here "
-                f"on; {remedy}",
+                f"{self._in_words()}: {why}. Viscous forces hold it from here on; {remedy}"
             )
 
     def _say_again(self) -> None:
@@ -189,7 +188,9 @@ class HeldMotions:
     def _driven(self, drive: float) -> tuple[str, str]:
         """Words on the share of forces that drives a held motion, and the remedy."""
         driven = f"{drive:.2g} of its forces drive that"
-        if any(one.friction is not None for one in self._contact.contacts):
+        # Friction does not resist what rolls
+        slides = not any("turn" in way for ways in self._ways.values() for way in ways)
+        if slides and any(one.friction is not None for one in self._contact.contacts):
             remedy = 'a limit load takes strategy="halve"'
             return f"{driven}, more than friction resists", remedy
         return f"{driven}, nothing resists it", PRESCRIBE
@@ -199,7 +200,7 @@ class HeldMotions:
         if not (self.holds and self._drive > 0.0):
             return []
         why, remedy = self._driven(self._drive)
-        text = f"{' and '.join(self._words)}: {why}"
+        text = f"{self._in_words()}: {why}"
         return [
             Finding("", (), text, remedy.capitalize(), self._drive, about=("held",))
         ]
@@ -211,9 +212,15 @@ class HeldMotions:
         body = int(np.where(self._loose, motions, 0.0).argmax())
         self._viscosity.hold(body, change)
         name = problem.convergence.groups.names()[body]
-        words = f"{name} may {motion_in_words(problem, body, change)}"
-        if words not in self._words:
-            self._words.append(words)
+        way = motion_in_words(problem, body, change)
+        ways = self._ways.setdefault(name, [])
+        if way not in ways:
+            ways.append(way)
+
+    def _in_words(self) -> str:
+        """Words on the motions that are held, body by body."""
+        each = self._ways.items()
+        return " and ".join(f"{name} may {' or '.join(ways)}" for name, ways in each)
 
     def _under_hold(
         self, solve: Callable[[], int], farthest: float, scale: float = HOLDS
