@@ -12,6 +12,7 @@ from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
 
 from raymortar.solvers import correcting
+from raymortar.viscous.landing import Landing
 
 
 @pytest.fixture(autouse=True)
@@ -47,6 +48,12 @@ def folder(tmp_path):
 def uncorrected(monkeypatch):
     """Paths solve by Newton's method alone, a tangent for each iterate."""
     monkeypatch.setattr(correcting, "has_own_factors", lambda ksp: False)
+
+
+@pytest.fixture
+def unlanded(monkeypatch):
+    """Bodies that nothing touches fall under viscous forces alone."""
+    monkeypatch.setattr(Landing, "land", lambda self: None)
 
 
 @pytest.fixture

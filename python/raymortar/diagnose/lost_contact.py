@@ -166,7 +166,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
     if problem.contact.system.axisymmetric:  # hoops hold all but the way along the axis
         grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
     if led is not None:
-        lead = problem.comm.allreduce(_by_body(problem, led * modes))
+        lead = problem.comm.allreduce(sums_by_body(problem, led * modes))
         size = np.abs(lead).max(initial=0.0) or 1.0
         grip += lead[:, None] * lead[None] / size**2
     motions = [_free_motions(one) for one in np.moveaxis(grip, 2, 0)]
@@ -196,7 +196,7 @@ def _sentences(
     return found
 
 
-def _by_body(problem: CoupledProblem, values: Array) -> Array:
+def sums_by_body(problem: CoupledProblem, values: Array) -> Array:
     """Sum values at the owned dofs of u over this rank's part of each body, (values,
     bodies)."""
     contact, n = problem.contact, problem.convergence.groups.bodies
@@ -235,7 +235,7 @@ def rigid_part(
     each other, and those with the change of the owned dofs of u. Collective."""
     modes = rigid_motions(places(problem.contact))
     grip = _grip(problem, modes, np.ones(len(change), dtype=bool))[:, :, body]
-    push = problem.comm.allreduce(_by_body(problem, modes * change))[:, body]
+    push = problem.comm.allreduce(sums_by_body(problem, modes * change))[:, body]
     return np.linalg.lstsq(grip, push, rcond=None)[0], grip, push
 
 
@@ -257,7 +257,7 @@ def motion_in_words(problem: CoupledProblem, body: int, change: Array) -> str:
 def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
     """Find the stiffness against rigid motions of each body by holding owned dofs,
     (motions, motions, bodies). Collective."""
-    mine = np.array([_by_body(problem, held * row * motions) for row in motions])
+    mine = np.array([sums_by_body(problem, held * row * motions) for row in motions])
     return np.asarray(problem.comm.allreduce(mine))
 
 
@@ -266,7 +266,9 @@ def _unheld(problem: CoupledProblem, held: Mask) -> Mask:
     which owned dofs of u are held. Collective."""
     dim = problem.contact.u.function_space.dofmap.index_map_bs
     along = np.tile(np.eye(dim), len(held) // dim)
-    return np.asarray(problem.comm.allreduce(_by_body(problem, held * along)) == 0.0).T
+    return np.asarray(
+        problem.comm.allreduce(sums_by_body(problem, held * along)) == 0.0
+    ).T
 
 
 def _free_motions(grip: Array) -> tuple[Mask, bool]:
@@ -303,17 +305,25 @@ def _springs(problem: CoupledProblem) -> Mask:
 
 def touched(contact: Interaction, count: int) -> Mask:
     """Whether each body has a point in contact, or one that adhesion holds. Collective."""
-    found = np.zeros(count, dtype=bool)
+    found = np.zeros(count + 1, dtype=bool)  # the last one: tools
     seen = [(zone, zone.points()) for zone in contact.zones]
     bonds = [one.bond for one in contact.contacts if one.bond is not None]
     for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
-        closed = points["status"] >= CLOSED
-        slaves = bodies_of_facets(contact.system.bodies, zone.facets.slave_surface)
-        found[slaves[points["slave"][closed]]] = True
-        if not zone.facets.bodies:
-            found[zone.cpp.master_bodies()[points["master"][closed]]] = True
+        found[bodies_at(contact, zone, points, points["status"] >= CLOSED)] = True
     contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
-    return found
+    return found[:count]
+
+
+def bodies_at(
+    contact: Interaction, zone: ZoneData, points: dict[str, Array], at: Mask | Indices
+) -> Indices:
+    """Bodies of the slave and of the master at some points of a zone, all of which face
+    one, (2, n). The number of a tool is the number of bodies."""
+    bodies = contact.system.bodies
+    slave = bodies_of_facets(bodies, zone.facets.slave_surface)[points["slave"][at]]
+    if zone.facets.bodies:
+        return np.array([slave, np.full(len(slave), bodies.count)])
+    return np.array([slave, zone.cpp.master_bodies()[points["master"][at]]])
 
 
 def _moved(problem: CoupledProblem) -> Mask:

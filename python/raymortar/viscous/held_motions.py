@@ -145,8 +145,9 @@ class HeldMotions:
 
     def _hold(self, farthest: float, may_let_go: bool = False) -> int | None:
         """Solve with the motion held of the loose body that has taken off, and say so
-        once; return None if that fails or moves a body too far. If asked, let go of a
-        body that stays then: it may have taken off from a state out of balance."""
+        once; return None if that fails or moves a body too far. If it `may_let_go`, and
+        the body then stays without being held, it is not held: it may have taken off
+        only because the state was out of balance."""
         self._ways.clear()
         self._hold_more()
         self._without_it = Backoff()

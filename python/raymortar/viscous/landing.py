@@ -10,10 +10,9 @@ from mpi4py import MPI
 import numpy as np
 
 from ..core.compat import Array, Indices, Mask
-from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
-from ..diagnose.lost_contact import free_axes, touched
+from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
 
 # Largest number of moves of one landing, and of halves of one in which a body lands
 MOVES, HALVES = 200, 10
@@ -22,53 +21,62 @@ NOISE = 1e-3
 # Depth of a body that has landed, and the least move, in largest moves
 DEEPEST = 0.2
 # Distances of a zone within which its contact is found
-_SEEN = "reach", "depth"
+SIGHT = "reach", "depth"
 
 
-class _Seen(NamedTuple):
-    """Points that face a master: bodies of slave and master, the last number for tools,
-    gaps, and gamma over their areas. Lengths; force per length."""
+class _Facing(NamedTuple):
+    """Points that face another body.
 
-    bodies: Indices  # (2, n)
-    gap: Array  # (n,)
-    stiffness: Array  # (n,)
+    Attributes
+    ----------
+    bodies
+        Of slave and master; the number of a tool is the number of bodies, (2, n).
+    gap
+        Length, (n,).
+    stiffness
+        gamma times the area of each point. Force per length, (n,).
+    """
+
+    bodies: Indices
+    gap: Array
+    stiffness: Array
 
 
 class Landing:
     """Moves bodies that nothing touches as rigid ones, before a solve. Collective.
 
-    All of them move along the resultants of their forms, by at most `limit` at once, as
-    contact is found no further. One has landed where its penetration, times gamma, bears
-    the resultant: there enough points are in contact for a solve without viscous forces
-    to begin. Where another one that falls, or would, bears it, they go on as one. This
-    takes pairings, and no tangents.
+    Each body moves along the resultant of its form, by at most `limit` at once, as
+    contact is found no further away. It has landed where its penetration, times gamma,
+    bears the resultant: enough points are then in contact for a solve without viscous
+    forces to begin. If what bears it has not landed itself, both go on as one body. This
+    takes pairings, and no tangents. An object serves one landing.
     """
 
     def __init__(self, problem: CoupledProblem, loose: Mask, limit: float) -> None:
         self._problem, self._contact = problem, problem.contact
-        self._loose, self._most = loose, limit
-        # Whether each body has not landed, and a body of those with which it moves
-        self._free, self._lead = loose, np.arange(len(loose))
+        self._limit = limit
+        # Bodies that have not landed. Bodies that move as one have the same number
+        self._free, self._group = loose, np.arange(len(loose))
 
     def land(self) -> float | None:
-        """Move all bodies that fall; return the work of their loads, None if there are
-        none, if one meets nothing, or if this step moves supports or tools."""
+        """Move all bodies that fall; return the work of their loads, None if no body
+        falls, if one meets nothing, or if this step moves supports or tools."""
         contact = self._contact
         contact.update()
-        self._free = self._loose & ~touched(contact, len(self._loose))
+        self._free = self._free & ~touched(contact, len(self._free))
         if not self._free.any() or self._moves_others():
             return None
-        self._lead = np.arange(len(self._loose))
-        begin, work, loads = contact.state(), 0.0, self._resultants()
+        begin, work, range_of_moves = contact.state(), 0.0, self._range_of_moves()
+        load, noise = self._resultants()
         for move in range(MOVES):
-            ways, size = self._ways(*loads)
+            ways, size = self._ways(load, noise)
             if not ways.any():
                 if not move:
                     break
                 self._accept_places()
                 return work
-            moved = self._move(ways, size)
-            work += moved * float((ways * loads[0]).sum())
+            moved = self._move(ways, size, range_of_moves)
+            work += moved * float((ways * load).sum())
             self._land_or_join(size)
         contact.restore(begin)
         return None
@@ -90,28 +98,43 @@ class Landing:
         """Find the resultant of each body's form, along axes on which nothing holds it,
         (bodies, d), and the size that is noise, (bodies,). Force."""
         problem, contact = self._problem, self._contact
+        dim = contact.u.function_space.dofmap.index_map_bs
         forces = -problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
-        by_node = forces.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-        of = contact.system.bodies.dofs[: len(by_node)]
-        sums = [
-            np.bincount(of, part, len(self._loose))
-            for part in (*by_node.T, np.abs(by_node).sum(axis=1))
-        ]
-        *load, every = problem.comm.allreduce(np.array(sums, dtype=float))
+        along = np.tile(np.eye(dim), len(forces) // dim)
+        sums = sums_by_body(problem, np.array([*(forces * along), np.abs(forces)]))
+        *load, every = problem.comm.allreduce(sums)
         return np.where(free_axes(problem), load, 0.0).T, NOISE * every
 
     def _ways(self, load: Array, noise: Array) -> tuple[Array, Array]:
         """Find the direction in which each body falls, (bodies, d), 0 where it does not,
-        and the resultant of those that move as one with it, (bodies,)."""
-        together = self._lead[:, None] == self._lead
-        force, least = together @ load, together @ noise
+        and the resultant of its group, (bodies,)."""
+        force, least = self._together @ load, self._together @ noise
         size = np.linalg.norm(force, axis=1)
         falls = self._free & (size > least)
         return force * (falls / np.where(falls, size, 1.0))[:, None], size
 
-    def _move(self, ways: Array, size: Array) -> float:
-        """Move bodies along their ways, up to what they see, or as far as the first of
-        them lands; return how far. Length."""
+    @property
+    def _together(self) -> Mask:
+        """Whether two bodies move as one, (bodies, bodies)."""
+        return np.asarray(self._group[:, None] == self._group)
+
+    def _range_of_moves(self) -> tuple[float, float]:
+        """Find the least and the largest move: contact is found within the largest, and
+        no thin body is passed by the least. Length."""
+        most = thin = self._limit
+        for zone in self._contact.zones:
+            most = min(zone.distance(name).min(initial=most) for name in SIGHT)
+            thin = min(each.min(initial=thin) for each in zone.thickness)
+        comm = self._problem.comm
+        most, thin = (comm.allreduce(one, op=MPI.MIN) for one in (most, thin))
+        return DEEPEST * min(most, thin), most
+
+    def _move(
+        self, ways: Array, size: Array, range_of_moves: tuple[float, float]
+    ) -> float:
+        """Move bodies along their ways by half of the least gap to what they face, as two
+        may approach each other, or until the first of them lands; return how far.
+        Length."""
         unknowns, falls = self._contact.unknowns, ways.any(axis=1)
         before = unknowns.values()
         path = ways[self._contact.system.bodies.dofs].ravel()
@@ -121,9 +144,9 @@ class Landing:
             values[unknowns.u_local] += distance * path
             unknowns.set_values(values)
             self._contact.update()
-            return bool((falls & self._bears(size).any(axis=1)).any())
+            return bool((falls & self._borne_by(size).any(axis=1)).any())
 
-        low, high = 0.0, self._step(falls)
+        low, high = 0.0, float(np.clip(0.5 * self._least_gap(falls), *range_of_moves))
         if lands(high):
             for _ in range(HALVES):
                 middle = 0.5 * (low + high)
@@ -131,66 +154,56 @@ class Landing:
             lands(high)
         return high
 
-    def _step(self, falls: Mask) -> float:
-        """Find how far bodies may move at once: half of the least gap to what they face,
-        as two may move, and at least a share of the limit and of thin bodies. Length.
-        """
-        most = thin = self._most
-        for zone in self._contact.zones:
-            sees = min(zone.distance(name).min(initial=most) for name in _SEEN)
-            most = min(most, sees)
-            thin = min(thin, *(each.min(initial=thin) for each in zone.thickness))
-        gap, falls = 2.0 * most, np.append(falls, False)
-        for seen in self._seen():
-            near = seen.gap[falls[seen.bodies].any(axis=0)]
-            gap = min(gap, near.min(initial=gap))
-        comm = self._problem.comm
-        most, thin, gap = (comm.allreduce(one, op=MPI.MIN) for one in (most, thin, gap))
-        return float(np.clip(0.5 * gap, DEEPEST * min(most, thin), most))
+    def _least_gap(self, falls: Mask) -> float:
+        """Find the least gap between bodies that fall and others; inf without one."""
+        gap, falls = np.inf, np.append(falls, False)
+        for points in self._facing():
+            near = points.gap[falls[points.bodies].any(axis=0)]
+            gap = near.min(initial=gap)
+        return float(self._problem.comm.allreduce(gap, op=MPI.MIN))
 
-    def _bears(self, size: Array) -> Mask:
-        """Whether penetrations bear loads of a size on each body, or are deep, by each
-        other one, (bodies, bodies + 1); the last are tools."""
+    def _borne_by(self, size: Array) -> Mask:
+        """Find which other bodies, the last of them tools, touch each body whose group
+        is borne: all penetrations times gamma are a load of this size, or the body is
+        deep in one of them, (bodies, bodies + 1)."""
         count = len(size)
         force, depth = np.zeros((2, count + 1, count + 1))
-        for seen in self._seen():
-            deep = np.maximum(-seen.gap, 0.0)
-            for i, j in (seen.bodies, seen.bodies[::-1]):
-                np.add.at(force, (i, j), seen.stiffness * deep)
+        for points in self._facing():
+            deep = np.maximum(-points.gap, 0.0)
+            for i, j in (points.bodies, points.bodies[::-1]):
+                np.add.at(force, (i, j), points.stiffness * deep)
                 np.maximum.at(depth, (i, j), deep)
         comm = self._problem.comm
         comm.Allreduce(MPI.IN_PLACE, force, op=MPI.SUM)
         comm.Allreduce(MPI.IN_PLACE, depth, op=MPI.MAX)
-        force[:count] = (self._lead[:, None] == self._lead) @ force[:count]
-        borne = force[:count].sum(axis=1) >= size
-        deep = depth[:count].max(axis=1) >= DEEPEST * self._most
-        return np.asarray((borne | deep)[:, None] & (force[:count] > 0.0))
+        on_group = self._together @ force[:count]
+        is_deep = depth[:count].max(axis=1) >= DEEPEST * self._limit
+        is_borne = (on_group.sum(axis=1) >= size) | is_deep
+        return np.asarray(is_borne[:, None] & (on_group > 0.0))
 
-    def _seen(self) -> Iterator[_Seen]:
-        """Points of this rank that face bodies other than those that move with theirs."""
-        of, tool = self._contact.system.bodies, len(self._loose)
-        lead = np.append(self._lead, tool)
-        for zone in self._contact.zones:
+    def _facing(self) -> Iterator[_Facing]:
+        """Yield the points of each zone on this rank that face a body of another group."""
+        contact = self._contact
+        group = np.append(self._group, len(self._group))
+        for zone in contact.zones:
             points = zone.points()
-            hit = points["status"] >= OPEN
-            slave = bodies_of_facets(of, zone.facets.slave_surface)[points["slave"]]
-            master = np.full(len(slave), tool)
-            if not zone.facets.bodies:
-                master[hit] = zone.cpp.master_bodies()[points["master"][hit]]
-            hit &= lead[slave] != lead[master]
-            stiffness = points["weight"][hit] * points["gamma"][hit]
-            bodies = np.array([slave[hit], master[hit]])
-            yield _Seen(bodies, points["gap"][hit], stiffness)
+            hit = np.flatnonzero(points["status"] >= OPEN)
+            bodies = bodies_at(contact, zone, points, hit)
+            is_other = group[bodies[0]] != group[bodies[1]]
+            at = hit[is_other]
+            stiffness = points["weight"][at] * points["gamma"][at]
+            yield _Facing(bodies[:, is_other], points["gap"][at], stiffness)
 
     def _land_or_join(self, size: Array) -> None:
-        """Note which bodies have landed on what does not fall, and let those that bear
-        each other go on as one."""
-        bears = self._bears(size)
+        """Note which bodies are borne by what has landed or is held, and let others move
+        as one with what bears them."""
+        borne_by = self._borne_by(size)
         free = np.append(self._free, False)
-        for body in np.flatnonzero(self._free & bears.any(axis=1)):
-            others = np.flatnonzero(bears[body])
+        for body in np.flatnonzero(self._free & borne_by.any(axis=1)):
+            others = np.flatnonzero(borne_by[body])
             if free[others].all():
                 for other in others:
-                    self._lead[self._lead == self._lead[other]] = self._lead[body]
+                    same = self._group == self._group[other]
+                    self._group[same] = self._group[body]
             else:
-                self._free &= self._lead != self._lead[body]
+                self._free &= self._group != self._group[body]

@@ -57,7 +57,6 @@ class Stabilization(HeldMotions):
         self.has_caught = False
         self._begun = self._problem.tangents  # before the present step
         self._fading = Budget(self._problem)
-        self._landing = Landing(self._problem, self._loose, self._limit)
 
     def is_of_use(self) -> bool:
         """Whether supports hold all bodies or contact is in reach. Collective.
@@ -91,7 +90,9 @@ class Stabilization(HeldMotions):
         self._fading.begin()
         scale, iterations, work = SHARE * self._factor, 0, 0.0
         most, each = self._most or MOST, each or self._plain
-        fall = self._landing.land() if self.has_loose else None
+        fall = None
+        if self.has_loose:
+            fall = Landing(self._problem, self._loose, self._limit).land()
         if fall is not None:
             last = self._landed()
             if last is not None:
@@ -138,7 +139,8 @@ class Stabilization(HeldMotions):
         )
 
     def _landed(self) -> int | None:
-        """Solve without the forces where bodies have landed; return None if that fails."""
+        """Solve without the forces where bodies have landed; return the iterations, None
+        if that fails."""
         last, self.share = self._without(), 0.0
         if last is None and self._free is not None:
             last = self._hold(self._limit, may_let_go=True)

@@ -12,7 +12,6 @@ import raymortar
 from raymortar.paths.soft_start import SoftStart
 from raymortar.paths.soft_stick import SoftStick
 from raymortar.viscous import stabilization
-from raymortar.viscous.landing import Landing
 
 LAW = {"method": raymortar.AugmentedLagrangian(condition="nodes")}
 
@@ -220,10 +219,9 @@ def test_it_leaves_compact_bodies_and_laws_at_points_alone():
 
 
 @pytest.mark.quick
-def test_viscous_forces_give_up_where_they_cost_too_much(monkeypatch):
-    """The message of the failed step says so. Blocks that land take no such forces."""
+def test_viscous_forces_give_up_where_they_cost_too_much(monkeypatch, unlanded):
+    """The message of the failed step says so."""
     monkeypatch.setattr(stabilization, "MOST_TANGENTS", 1)
-    monkeypatch.setattr(Landing, "land", lambda self: None)
     path = loose_stack()
     with pytest.raises(raymortar.ConvergenceError, match="=True goes on for longer"):
         take(path, max_halvings=0)

@@ -211,7 +211,7 @@ def small_gamma():
 
 
 @pytest.mark.parametrize("way", [fall, small_gamma])
-def test_other_ways_correct(way, monkeypatch):
+def test_other_ways_correct(way, monkeypatch, unlanded):
     corrected = way()
     monkeypatch.setattr(module, "has_own_factors", lambda ksp: False)
     assert corrected < way()

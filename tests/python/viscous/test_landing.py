@@ -16,6 +16,13 @@ from raymortar.viscous.stabilization import Stabilization
 GAP, LIMIT, SHARE = 0.37, 0.1, 0.5
 
 
+def body_above(contact, zone):
+    """Number of the body whose facets are the slave of a zone: partitions change it."""
+    of, slave = contact.system.bodies, contact.zones[zone].facets.slave_surface
+    mine = of.dofs[slave.dofs].max(initial=0)
+    return contact.layout.comm.allreduce(mine, MPI.MAX)
+
+
 def falling(cell, gap=GAP, share=SHARE, **options):
     """Landing of a block under a share of its weight.
 
@@ -25,9 +32,7 @@ def falling(cell, gap=GAP, share=SHARE, **options):
     """
     problem, steps, weight = resting(cell, gap, **options)
     steps.apply(share)
-    contact = problem.contact
-    of, slave = contact.system.bodies, contact.zones[0].facets.slave_surface
-    block = contact.layout.comm.allreduce(of.dofs[slave.dofs].max(initial=0), MPI.MAX)
+    of, block = problem.contact.system.bodies, body_above(problem.contact, 0)
     fall = Landing(problem, np.arange(of.count) == block, LIMIT)
     return problem, fall, of.dofs == block, share * weight
 
@@ -61,7 +66,9 @@ def test_a_fall_is_no_slip():
     problem.contact.update()
     points = problem.contact.points()
     assert points["gap"].min(initial=0.0) < 0.0 or not len(points["gap"])
-    assert worst(points["slip"]) == 0.0
+    # Some partitions round the places of slave and master otherwise
+    assert worst(points["slip"]) <= 1e-15
+    assert np.array_equal(problem.contact.states.u_old, problem.contact.u.x.array)
     assert worst(nodal(problem)[:, 0]) > 0.2 * GAP
 
 
@@ -85,7 +92,7 @@ def test_a_path_takes_no_more_tangents_from_high_above(gap):
     assert abs(problem.contact.resultant(0).force[-1] - weight) <= 1e-9 * weight
 
 
-def stack_of_bodies(path):
+def mean_lifts(path):
     """Mean displacements along y of the bodies of a stack."""
     problem = path.problem
     of, u = problem.contact.system.bodies.dofs, nodal(problem)[:, 1]
@@ -112,9 +119,9 @@ def test_a_fall_ends_at_a_thin_body():
         gap=0.67, loaded="2", held=("bottom", "bottom_1"), heights=(1.0, 0.02, 1.0)
     )
     path.apply(1.0)
-    loose = np.arange(3) == 2
+    loose = np.arange(3) == body_above(path.problem.contact, 1)
     assert Landing(path.problem, loose, 0.65).land() is not None
-    assert stack_of_bodies(path) == pytest.approx([0.0, 0.0, -0.67], abs=0.01)
+    assert mean_lifts(path) == pytest.approx(-0.67 * loose, abs=0.01)
 
 
 @pytest.mark.mpi

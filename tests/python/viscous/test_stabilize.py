@@ -10,6 +10,13 @@ from raymortar import ContactError, ConvergenceError, Coulomb, History, LoadStep
 GAPS = [0.0, 1e-6, 0.1, 5.0]
 
 
+@pytest.fixture(params=["landed", "unlanded"])
+def fall(request):
+    """Bodies land first, or fall under viscous forces alone."""
+    if request.param == "unlanded":
+        request.getfixturevalue("unlanded")
+
+
 def lands(problem, weight, tolerance=1e-9):
     """Contact carries the weight, and the block has landed."""
     force = problem.contact.resultant(0).force
@@ -44,6 +51,7 @@ def test_either_solver_and_degree(solver, degree):
 
 
 @pytest.mark.mpi
+@pytest.mark.usefixtures("fall")
 def test_viscous_forces_take_the_energy_of_the_fall():
     """What the weight has done on the way, less what the blocks store: small here."""
     gap = 5.0
@@ -59,6 +67,7 @@ def test_viscous_forces_take_the_energy_of_the_fall():
 
 
 @pytest.mark.mpi
+@pytest.mark.usefixtures("fall")
 def test_the_end_does_not_depend_on_their_size():
     found = []
     for size in (0.1, 1.0, 10.0):
@@ -73,6 +82,7 @@ def test_the_end_does_not_depend_on_their_size():
 
 
 @pytest.mark.mpi
+@pytest.mark.usefixtures("fall")
 def test_the_unit_of_forces_does_not_matter():
     found = []
     # Where a block lands flat all points touch at once, and rounding decides which of
