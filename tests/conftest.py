@@ -13,6 +13,7 @@ from selection import of_a_push, of_each_file
 
 from raymortar.solvers import correcting
 from raymortar.viscous.landing import Landing
+from raymortar.viscous.settling import Settling
 
 
 @pytest.fixture(autouse=True)
@@ -52,8 +53,9 @@ def uncorrected(monkeypatch):
 
 @pytest.fixture
 def unlanded(monkeypatch):
-    """Bodies that nothing touches fall under viscous forces alone."""
+    """Loose bodies fall, turn and slide under viscous forces alone."""
     monkeypatch.setattr(Landing, "land", lambda self: None)
+    monkeypatch.setattr(Settling, "settle", lambda self: None)
 
 
 @pytest.fixture

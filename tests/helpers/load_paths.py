@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mpi4py import MPI
 from petsc4py import PETSc
 
 import numpy as np
@@ -129,6 +130,19 @@ def resting(
 
     steps = LoadSteps(solver(problem), apply, 2, **options)
     return problem, steps, 20.0 * force * float(np.prod(size))
+
+
+def body_above(contact, zone):
+    """Number of the body whose facets are the slave of a zone: partitions change it."""
+    of, slave = contact.system.bodies, contact.zones[zone].facets.slave_surface
+    mine = of.dofs[slave.dofs].max(initial=0)
+    return contact.layout.comm.allreduce(mine, MPI.MAX)
+
+
+def nodal(problem):
+    """Displacements of this rank's nodes, (n, d)."""
+    u = problem.contact.u
+    return u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
 
 
 def under_a_press(gap, push=0.05, size=1.0, E=10.0, **options):

@@ -42,7 +42,7 @@ def cases():
     yield peer_scenes.hertz(2, 4, 1)
 
 
-@pytest.mark.parametrize("case", cases(), ids=lambda case: case.cell)
+@pytest.mark.parametrize("case", list(cases()), ids=lambda case: case.cell)
 def test_nodes_of_cells_are_in_the_order_of_abaqus(case):
     x = case.places[case.cells]
     corners = x.shape[1] - (len(EDGES[case.cell]) if case.degree == 2 else 0)
@@ -57,7 +57,7 @@ def test_nodes_of_cells_are_in_the_order_of_abaqus(case):
     assert np.linalg.det(frame).min() > 0.0
 
 
-@pytest.mark.parametrize("case", cases(), ids=lambda case: case.cell)
+@pytest.mark.parametrize("case", list(cases()), ids=lambda case: case.cell)
 def test_faces_of_a_surface_lie_on_it_and_have_its_area(case):
     """The slave of the patch is 1 x 1; Hertz's is an arc."""
     nodes = set(case.nodes(case.slave))

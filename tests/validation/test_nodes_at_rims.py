@@ -79,7 +79,9 @@ def test_what_holds_within_the_rim_does_not_jump(cell, multiplier):
     assert 0.0 < near <= 0.2 * far
 
 
-@pytest.mark.parametrize("cell, multiplier", zip(states.CELLS, ("nodes", "dual") * 2))
+@pytest.mark.parametrize(
+    "cell, multiplier", list(zip(states.CELLS, ("nodes", "dual") * 2))
+)
 def test_full_tangent_where_the_rim_has_just_entered_a_facet(cell, multiplier):
     """The tie begins there within the rim."""
     scene = at_the_rim(cell)

@@ -13,6 +13,7 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
 from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
+from .rigid_moves import accept_place, longest_move, moves_others, thinnest
 
 # Largest number of moves of one landing, and of halves of one in which a body lands
 MOVES, HALVES = 200, 10
@@ -20,8 +21,6 @@ MOVES, HALVES = 200, 10
 NOISE = 1e-3
 # Depth of a body that has landed, and the least move, in largest moves
 DEEPEST = 0.2
-# Distances of a zone within which its contact is found
-SIGHT = "reach", "depth"
 
 
 class _Facing(NamedTuple):
@@ -64,7 +63,7 @@ class Landing:
         contact = self._contact
         contact.update()
         self._free = self._free & ~touched(contact, len(self._free))
-        if not self._free.any() or self._moves_others():
+        if not self._free.any() or moves_others(self._problem):
             return None
         begin, work, range_of_moves = contact.state(), 0.0, self._range_of_moves()
         load, noise = self._resultants()
@@ -73,26 +72,13 @@ class Landing:
             if not ways.any():
                 if not move:
                     break
-                self._accept_places()
+                accept_place(contact)
                 return work
             moved = self._move(ways, size, range_of_moves)
             work += moved * float((ways * load).sum())
             self._land_or_join(size)
         contact.restore(begin)
         return None
-
-    def _moves_others(self) -> bool:
-        """Whether this step moves supports or tools: a body lands where they end."""
-        problem, contact = self._problem, self._contact
-        lacking = contact.unknowns.lacking(problem.bcs).owned.any()
-        moves = any(zone.motions.have_moved() for zone in contact.zones)
-        return bool(problem.comm.allreduce(int(lacking or moves)))
-
-    def _accept_places(self) -> None:
-        """Take the present places for accepted ones: a fall is no slip."""
-        state = self._contact.state()
-        state["accepted 0"] = self._contact.u.x.array.copy()
-        self._contact.restore(state)
 
     def _resultants(self) -> tuple[Array, Array]:
         """Find the resultant of each body's form, along axes on which nothing holds it,
@@ -121,12 +107,8 @@ class Landing:
     def _range_of_moves(self) -> tuple[float, float]:
         """Find the least and the largest move: contact is found within the largest, and
         no thin body is passed by the least. Length."""
-        most = thin = self._limit
-        for zone in self._contact.zones:
-            most = min(zone.distance(name).min(initial=most) for name in SIGHT)
-            thin = min(each.min(initial=thin) for each in zone.thickness)
-        comm = self._problem.comm
-        most, thin = (comm.allreduce(one, op=MPI.MIN) for one in (most, thin))
+        most = longest_move(self._contact, self._limit)
+        thin = thinnest(self._contact, self._limit)
         return DEEPEST * min(most, thin), most
 
     def _move(

@@ -11,6 +11,7 @@ from ..diagnose.lost_contact import has_no_springs, touched
 from .budget import Budget
 from .held_motions import SETTLED, HeldMotions
 from .landing import Landing
+from .settling import Settling
 
 # First size of the forces, as a share of the diagonal of the stiffness
 SHARE = 1e-4
@@ -90,9 +91,7 @@ class Stabilization(HeldMotions):
         self._fading.begin()
         scale, iterations, work = SHARE * self._factor, 0, 0.0
         most, each = self._most or MOST, each or self._plain
-        fall = None
-        if self.has_loose:
-            fall = Landing(self._problem, self._loose, self._limit).land()
+        fall = self._fall()
         if fall is not None:
             last = self._landed()
             if last is not None:
@@ -137,6 +136,17 @@ class Stabilization(HeldMotions):
             f"viscous forces have not faded after {most} solves: they are "
             f"{share:.3g} of all forces of a body that nothing holds"
         )
+
+    def _fall(self) -> float | None:
+        """Move loose bodies as rigid ones to where they rest; return the work of their
+        loads, None if that moves none."""
+        if not self.has_loose:
+            return None
+        given = self._problem, self._loose, self._limit
+        settling = Settling(*given)
+        works = Landing(*given).land(), settling.settle()
+        done = [work for work in works if work is not None]
+        return sum(done) if done else None
 
     def _landed(self) -> int | None:
         """Solve without the forces where bodies have landed; return the iterations, None

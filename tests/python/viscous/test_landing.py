@@ -1,11 +1,9 @@
 """Bodies that nothing touches land without a tangent."""
 
-from mpi4py import MPI
-
 import numpy as np
 import pytest
 from arriving import loose_stack
-from load_paths import resting
+from load_paths import body_above, nodal, resting
 from pathing import take
 from problems import worst
 
@@ -14,13 +12,6 @@ from raymortar.viscous.landing import Landing
 from raymortar.viscous.stabilization import Stabilization
 
 GAP, LIMIT, SHARE = 0.37, 0.1, 0.5
-
-
-def body_above(contact, zone):
-    """Number of the body whose facets are the slave of a zone: partitions change it."""
-    of, slave = contact.system.bodies, contact.zones[zone].facets.slave_surface
-    mine = of.dofs[slave.dofs].max(initial=0)
-    return contact.layout.comm.allreduce(mine, MPI.MAX)
 
 
 def falling(cell, gap=GAP, share=SHARE, **options):
@@ -35,12 +26,6 @@ def falling(cell, gap=GAP, share=SHARE, **options):
     of, block = problem.contact.system.bodies, body_above(problem.contact, 0)
     fall = Landing(problem, np.arange(of.count) == block, LIMIT)
     return problem, fall, of.dofs == block, share * weight
-
-
-def nodal(problem):
-    """Displacements of this rank's nodes, (n, d)."""
-    u = problem.contact.u
-    return u.x.array.reshape(-1, u.function_space.dofmap.index_map_bs)
 
 
 @pytest.mark.mpi

@@ -1,0 +1,300 @@
+"""Settling: bodies that have landed turn and slide as rigid ones until they rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..core.compat import Array, Indices, Mask
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.interface.point_results import OPEN
+from ..core.interface.zone_data import ZoneData
+from ..core.problem import CoupledProblem
+from ..diagnose.lost_contact import (
+    bodies_at,
+    free_axes,
+    rigid_motions,
+    sums_by_body,
+    touched,
+)
+from .rigid_moves import accept_place, longest_move, moves_others, thinnest
+
+# Largest number of moves, of those that are not cut, and of bodies
+MOVES, CLOSE, MOST_BODIES = 200, 50, 100
+# Largest move, in distances within which contact is found
+LONGEST = 0.5
+# Factors on the largest move where bodies turn back, and where they go on
+BACK, ON = 0.5, 1.2
+# Move below which a body rests, in facets
+AT_REST = 1e-3
+# Share of the load that resists a motion over a facet, where nothing else does
+DRAG = 1e-2
+# Share of all its forces up to which contact carries nothing of a body
+NOISE = 1e-3
+
+
+class _Frame(NamedTuple):
+    """Places about which bodies turn.
+
+    Attributes
+    ----------
+    x
+        Of this rank's nodes. Length, (nodes, d).
+    centre
+        Mean place of each body's nodes. Length, (bodies, d).
+    radius
+        Root mean square of their distances from it. Length, (bodies,).
+    """
+
+    x: Array
+    centre: Array
+    radius: Array
+
+    def motions(self, x: Array, body: Indices) -> Array:
+        """Find rigid motions at points of bodies, (motions, n, d). Turns are lengths at
+        the radius."""
+        place = (x - self.centre[body]) / self.radius[body][:, None]
+        return _rigid_motions(place)
+
+
+class _Pressed(NamedTuple):
+    """Points of a zone that are closed between bodies, one of which moves.
+
+    Attributes
+    ----------
+    bodies
+        Of slave and master, (2, n).
+    x
+        Length, (n, d).
+    force
+        On the slave. Force, (n, d).
+    stiffness
+        Force per length, (n, d, d).
+    """
+
+    bodies: Indices
+    x: Array
+    force: Array
+    stiffness: Array
+
+
+class Settling:
+    """Moves loose bodies that touch others as rigid ones, before a solve. Collective.
+
+    Newton's method for the rigid motions of all bodies at once: the loads act, contact is
+    pressed by penetration times gamma and sticks where it has friction, and a drag resists
+    what nothing else does. A body rests once it moves no further. This takes pairings, and
+    no tangents. Bodies on springs or bonds stay, and so do those on which contact carries
+    something at the begin. An object serves one step.
+    """
+
+    def __init__(self, problem: CoupledProblem, loose: Mask, limit: float) -> None:
+        self._problem, self._contact = problem, problem.contact
+        self._limit, self._count = limit, len(loose)
+        self._contact.update()
+        self._moving = np.flatnonzero(loose & ~self._is_kept())
+        # Place among the bodies that move; of all others, and of tools, the one behind
+        self._at = np.full(self._count + 1, len(self._moving))
+        self._at[self._moving] = np.arange(len(self._moving))
+
+    def settle(self) -> float | None:
+        """Move all bodies until they rest; return the work of their loads, None if none
+        moves, if one does not come to rest, or if this step moves supports or tools."""
+        contact, moving = self._contact, self._moving
+        if not 0 < len(moving) <= MOST_BODIES or moves_others(self._problem):
+            return None
+        contact.update()
+        if not touched(contact, self._count)[moving].all():
+            return None
+        begin = contact.state()
+        work = self._move_to_rest()
+        if work is None:
+            contact.restore(begin)
+        return work
+
+    def _move_to_rest(self) -> float | None:
+        contact = self._contact
+        longest = LONGEST * thinnest(contact, longest_move(contact, self._limit))
+        most = longest
+        work, close, last = 0.0, 0, np.zeros(1)
+        for _ in range(MOVES):
+            frame = self._frame()
+            load = self._load(frame)
+            step = self._step(frame, load)
+            far = self._farthest(frame, step)
+            if not 0.0 < far < np.inf or close == CLOSE:
+                break
+            most = min(longest, most * (BACK if (step * last).sum() < 0.0 else ON))
+            last, step = step, min(1.0, most / far) * step
+            work += float((load * step).sum())
+            self._move(frame, step)
+            if far <= AT_REST * self._limit:
+                accept_place(contact)
+                return work
+            if far > most:  # what a body rolls or falls is no slip
+                accept_place(contact)
+            else:
+                close += 1
+        return None
+
+    def _is_kept(self) -> Mask:
+        """Whether springs, hoops, masses or bonds keep each body, or contact carries more
+        than noise of it, (bodies,)."""
+        problem, contact = self._problem, self._contact
+        if contact.system.axisymmetric:
+            return np.ones(self._count, dtype=bool)
+        kept, carried = np.zeros((2, self._count + 1))
+        for one in contact.contacts:
+            for zone in one.zones:
+                if one.tied is not None or one.bond is not None:
+                    for surface in (
+                        zone.facets.slave_surface,
+                        zone.facets.master_surface,
+                    ):
+                        kept[bodies_of_facets(contact.system.bodies, surface)] = 1.0
+                points = zone.points()
+                hit = np.flatnonzero(points["status"] >= OPEN)
+                size = np.abs(points["traction"][hit]).sum(axis=1)
+                for bodies in bodies_at(contact, zone, points, hit):
+                    np.add.at(carried, bodies, points["weight"][hit] * size)
+        forces = problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
+        every = sums_by_body(problem, np.abs(forces)[None])[0]
+        kept, carried, every = problem.comm.allreduce(
+            np.array([kept[:-1], carried[:-1], every])
+        )
+        held = ~free_axes(problem).all(axis=0)
+        return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
+
+    def _frame(self) -> _Frame:
+        """Find where bodies are."""
+        problem, contact = self._problem, self._contact
+        V = contact.u.function_space
+        dim, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
+        x = V.tabulate_dof_coordinates()[:, :dim] + contact.u.x.array.reshape(-1, dim)
+        ones = np.tile(np.eye(dim), owned)
+        sums = sums_by_body(problem, np.array([ones[0], *(ones * x[:owned].ravel())]))
+        nodes, *places = problem.comm.allreduce(sums)
+        centre = np.array(places).T / nodes[:, None]
+        apart = (x - centre[contact.system.bodies.dofs])[:owned].ravel()
+        squares = problem.comm.allreduce(sums_by_body(problem, apart[None] ** 2)[0])
+        return _Frame(x, centre, np.sqrt(squares / nodes))
+
+    def _load(self, frame: _Frame) -> Array:
+        """Find the forces of the form along the rigid motions of the bodies that move,
+        (moving, motions)."""
+        problem, contact = self._problem, self._contact
+        forces = -problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
+        dim = frame.x.shape[1]
+        owned = len(forces) // dim
+        of = contact.system.bodies.dofs[:owned]
+        modes = frame.motions(frame.x[:owned], of)
+        modes = modes.reshape(len(modes), len(forces))
+        sums = problem.comm.allreduce(sums_by_body(problem, modes * forces))
+        return np.asarray(sums.T[self._moving])
+
+    def _step(self, frame: _Frame, load: Array) -> Array:
+        """Find Newton's step for the rigid motions, (moving, motions). Length."""
+        force, stiffness = self._springs(frame)
+        dim = frame.x.shape[1]
+        drag = DRAG * np.linalg.norm(load[:, :dim], axis=1).max() / self._limit
+        r = (load + force).ravel()
+        K = stiffness.reshape(r.size, r.size) + drag * np.eye(r.size)
+        return np.linalg.lstsq(K, r, rcond=None)[0].reshape(load.shape)
+
+    def _springs(self, frame: _Frame) -> tuple[Array, Array]:
+        """Find what contact does to the rigid motions of the bodies that move: forces
+        (moving, motions), and their stiffness (moving, motions, moving, motions)."""
+        n, motions = len(self._moving) + 1, 3 * (frame.x.shape[1] - 1)
+        force, stiffness = np.zeros((n, motions)), np.zeros((n, n, motions, motions))
+        for zone in self._contact.zones:
+            points = self._pressed(zone)
+            at = self._at[points.bodies]
+            # A tool has no motions
+            slave, master = np.minimum(points.bodies, self._count - 1)
+            modes = np.array(
+                [frame.motions(points.x, slave), -frame.motions(points.x, master)]
+            )
+            np.add.at(force, at, np.einsum("smnd,nd->snm", modes, points.force))
+            each = np.einsum("smnd,nde,tlne->stnml", modes, points.stiffness, modes)
+            np.add.at(stiffness, (at[:, None], at[None]), each)
+        comm = self._problem.comm
+        comm.Allreduce(MPI.IN_PLACE, force, op=MPI.SUM)
+        comm.Allreduce(MPI.IN_PLACE, stiffness, op=MPI.SUM)
+        return force[:-1], stiffness[:-1, :-1].transpose(0, 2, 1, 3)
+
+    def _pressed(self, zone: ZoneData) -> _Pressed:
+        """Find what penetration and friction do to bodies at the points of a zone on this
+        rank."""
+        points = zone.points()
+        closed = np.flatnonzero((points["status"] >= OPEN) & (points["gap"] < 0.0))
+        bodies = bodies_at(self._contact, zone, points, closed)
+        at = self._at[bodies]
+        moves = (bodies[0] != bodies[1]) & (at < len(self._moving)).any(axis=0)
+        closed = closed[moves]
+        # A corner is pressed along the normal of the face that it is on, and that is the
+        # gradient of the gap
+        n = -points["master_normal"][closed]
+        depth = points["gap"][closed] * np.einsum(
+            "nd,nd->n", n, points["contact_normal"][closed]
+        )
+        k = points["weight"][closed] * points["gamma"][closed]
+        normal = np.einsum("nd,ne->nde", n, n)
+        force = (k * depth)[:, None] * n
+        stiffness = normal
+        if zone.frictional:
+            stiffness = np.broadcast_to(np.eye(n.shape[1]), normal.shape)
+            slip = points["slip"][closed]
+            force = force - k[:, None] * (slip - np.einsum("nde,ne->nd", normal, slip))
+        return _Pressed(
+            bodies[:, moves], points["x"][closed], force, k[:, None, None] * stiffness
+        )
+
+    def _at_nodes(self, step: Array) -> Array:
+        """Motions of the body of each of this rank's nodes, (nodes, motions)."""
+        every = np.zeros((self._count, step.shape[1]))
+        every[self._moving] = step
+        return every[self._contact.system.bodies.dofs]
+
+    def _farthest(self, frame: _Frame, step: Array) -> float:
+        """Find how far a step moves a node. Length."""
+        of = self._contact.system.bodies.dofs
+        way = np.einsum("nm,mnd->nd", self._at_nodes(step), frame.motions(frame.x, of))
+        far = np.linalg.norm(way, axis=1).max(initial=0.0)
+        return float(self._problem.comm.allreduce(far, op=MPI.MAX))
+
+    def _move(self, frame: _Frame, step: Array) -> None:
+        """Turn and slide bodies without changing their shapes."""
+        contact, dim = self._contact, frame.x.shape[1]
+        of = contact.system.bodies.dofs
+        motions = self._at_nodes(step)
+        arm = frame.x - frame.centre[of]
+        turned = _turned(arm, motions[:, dim:] / frame.radius[of][:, None])
+        values = contact.unknowns.values()
+        values[contact.unknowns.u_local] += (motions[:, :dim] + turned - arm).ravel()
+        contact.unknowns.set_values(values)
+        contact.update()
+
+
+def _rigid_motions(x: Array) -> Array:
+    """Find translations and turns about the origin at points (n, d), (motions, n, d)."""
+    flat = rigid_motions(x)
+    return flat.reshape(len(flat), *x.shape)
+
+
+def _turned(arm: Array, angles: Array) -> Array:
+    """Turn vectors (n, d) by angles in the planes of `rigid_motions`, (n, 1 or 3)
+    [Rodrigues]."""
+    angle = np.linalg.norm(angles, axis=1)[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        along = np.where(angle > 0.0, np.sin(angle) / angle, 1.0)
+        back = np.where(angle > 0.0, (1.0 - np.cos(angle)) / angle**2, 0.5)
+
+    def spin(x: Array) -> Array:
+        modes = _rigid_motions(x)[x.shape[1] :]
+        return np.asarray(np.einsum("nm,mnd->nd", angles, modes))
+
+    once = spin(arm)
+    return np.asarray(arm + along * once + back * spin(once))
