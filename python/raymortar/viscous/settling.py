@@ -13,13 +13,8 @@ from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from ..diagnose.lost_contact import (
-    bodies_at,
-    free_axes,
-    rigid_motions,
-    sums_by_body,
-    touched,
-)
+from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
+from .frame import Frame, frame_of, turned
 from .rigid_moves import accept_place, longest_move, moves_others, thinnest
 
 # Largest number of moves, of those that are not cut, and of bodies
@@ -34,30 +29,6 @@ AT_REST = 1e-3
 DRAG = 1e-2
 # Share of all its forces up to which contact carries nothing of a body
 NOISE = 1e-3
-
-
-class _Frame(NamedTuple):
-    """Places about which bodies turn.
-
-    Attributes
-    ----------
-    x
-        Of this rank's nodes. Length, (nodes, d).
-    centre
-        Mean place of each body's nodes. Length, (bodies, d).
-    radius
-        Root mean square of their distances from it. Length, (bodies,).
-    """
-
-    x: Array
-    centre: Array
-    radius: Array
-
-    def motions(self, x: Array, body: Indices) -> Array:
-        """Find rigid motions at points of bodies, (motions, n, d). Turns are lengths at
-        the radius."""
-        place = (x - self.centre[body]) / self.radius[body][:, None]
-        return _rigid_motions(place)
 
 
 class _Pressed(NamedTuple):
@@ -121,7 +92,7 @@ class Settling:
         most = longest
         work, close, last = 0.0, 0, np.zeros(1)
         for _ in range(MOVES):
-            frame = self._frame()
+            frame = frame_of(self._problem)
             load = self._load(frame)
             step = self._step(frame, load)
             far = self._farthest(frame, step)
@@ -168,21 +139,7 @@ class Settling:
         held = ~free_axes(problem).all(axis=0)
         return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
 
-    def _frame(self) -> _Frame:
-        """Find where bodies are."""
-        problem, contact = self._problem, self._contact
-        V = contact.u.function_space
-        dim, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-        x = V.tabulate_dof_coordinates()[:, :dim] + contact.u.x.array.reshape(-1, dim)
-        ones = np.tile(np.eye(dim), owned)
-        sums = sums_by_body(problem, np.array([ones[0], *(ones * x[:owned].ravel())]))
-        nodes, *places = problem.comm.allreduce(sums)
-        centre = np.array(places).T / nodes[:, None]
-        apart = (x - centre[contact.system.bodies.dofs])[:owned].ravel()
-        squares = problem.comm.allreduce(sums_by_body(problem, apart[None] ** 2)[0])
-        return _Frame(x, centre, np.sqrt(squares / nodes))
-
-    def _load(self, frame: _Frame) -> Array:
+    def _load(self, frame: Frame) -> Array:
         """Find the forces of the form along the rigid motions of the bodies that move,
         (moving, motions)."""
         problem, contact = self._problem, self._contact
@@ -195,7 +152,7 @@ class Settling:
         sums = problem.comm.allreduce(sums_by_body(problem, modes * forces))
         return np.asarray(sums.T[self._moving])
 
-    def _step(self, frame: _Frame, load: Array) -> Array:
+    def _step(self, frame: Frame, load: Array) -> Array:
         """Find Newton's step for the rigid motions, (moving, motions). Length."""
         force, stiffness = self._springs(frame)
         dim = frame.x.shape[1]
@@ -204,7 +161,7 @@ class Settling:
         K = stiffness.reshape(r.size, r.size) + drag * np.eye(r.size)
         return np.linalg.lstsq(K, r, rcond=None)[0].reshape(load.shape)
 
-    def _springs(self, frame: _Frame) -> tuple[Array, Array]:
+    def _springs(self, frame: Frame) -> tuple[Array, Array]:
         """Find what contact does to the rigid motions of the bodies that move: forces
         (moving, motions), and their stiffness (moving, motions, moving, motions)."""
         n, motions = len(self._moving) + 1, 3 * (frame.x.shape[1] - 1)
@@ -258,43 +215,21 @@ class Settling:
         every[self._moving] = step
         return every[self._contact.system.bodies.dofs]
 
-    def _farthest(self, frame: _Frame, step: Array) -> float:
+    def _farthest(self, frame: Frame, step: Array) -> float:
         """Find how far a step moves a node. Length."""
         of = self._contact.system.bodies.dofs
         way = np.einsum("nm,mnd->nd", self._at_nodes(step), frame.motions(frame.x, of))
         far = np.linalg.norm(way, axis=1).max(initial=0.0)
         return float(self._problem.comm.allreduce(far, op=MPI.MAX))
 
-    def _move(self, frame: _Frame, step: Array) -> None:
+    def _move(self, frame: Frame, step: Array) -> None:
         """Turn and slide bodies without changing their shapes."""
         contact, dim = self._contact, frame.x.shape[1]
         of = contact.system.bodies.dofs
         motions = self._at_nodes(step)
         arm = frame.x - frame.centre[of]
-        turned = _turned(arm, motions[:, dim:] / frame.radius[of][:, None])
+        turned_by = turned(arm, motions[:, dim:] / frame.radius[of][:, None])
         values = contact.unknowns.values()
-        values[contact.unknowns.u_local] += (motions[:, :dim] + turned - arm).ravel()
+        values[contact.unknowns.u_local] += (motions[:, :dim] + turned_by - arm).ravel()
         contact.unknowns.set_values(values)
         contact.update()
-
-
-def _rigid_motions(x: Array) -> Array:
-    """Find translations and turns about the origin at points (n, d), (motions, n, d)."""
-    flat = rigid_motions(x)
-    return flat.reshape(len(flat), *x.shape)
-
-
-def _turned(arm: Array, angles: Array) -> Array:
-    """Turn vectors (n, d) by angles in the planes of `rigid_motions`, (n, 1 or 3)
-    [Rodrigues]."""
-    angle = np.linalg.norm(angles, axis=1)[:, None]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        along = np.where(angle > 0.0, np.sin(angle) / angle, 1.0)
-        back = np.where(angle > 0.0, (1.0 - np.cos(angle)) / angle**2, 0.5)
-
-    def spin(x: Array) -> Array:
-        modes = _rigid_motions(x)[x.shape[1] :]
-        return np.asarray(np.einsum("nm,mnd->nd", angles, modes))
-
-    once = spin(arm)
-    return np.asarray(arm + along * once + back * spin(once))

@@ -9,6 +9,7 @@ from problems import worst
 
 from raymortar import Coulomb
 from raymortar.core.discretization.ranks import ends_of
+from raymortar.viscous.frame import frame_of
 from raymortar.viscous.landing import Landing
 from raymortar.viscous.settling import AT_REST, Settling
 
@@ -141,7 +142,7 @@ def test_stiffness_is_that_of_the_forces(cell, friction):
     block = tilted(cell, friction)
     block.fall()
     settling, begin = block.settling(), block.problem.contact.state()
-    frame = settling._frame()
+    frame = frame_of(block.problem)
     stiffness = settling._springs(frame)[1]
     found = np.zeros_like(stiffness)
     for motion in range(stiffness.shape[1]):
