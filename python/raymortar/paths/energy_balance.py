@@ -139,12 +139,16 @@ def balance_of_step(
     u = contact.states.u_of(end)
     du = (u - contact.states.u_of(begin))[: contact.layout.n_u]
     path.set_first_loads()
+    # A step that has carried bodies far faces what it has met there
+    seen = [zone.opposite for zone in contact.zones]
     contact.restore(begin)
     first = _end(problem, of_begin=True)
     path.begin()
     loads = float((first.volume - _volume_forces(problem)) @ du)
     potential = float(_work_of_form(problem, begin, end) @ du)
     contact.restore(end)
+    for zone, opposite in zip(contact.zones, seen):
+        zone.opposite = opposite
     last = _end(problem)
     works = [(-potential - loads, -potential)]
     for a, b in zip(first.facets, last.facets):

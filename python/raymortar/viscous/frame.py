@@ -16,14 +16,15 @@ class Frame(NamedTuple):
 
     Attributes
     ----------
-    x
-        Of this rank's nodes. Length, (nodes, d).
+    u, x
+        Displacements and places of this rank's nodes. Length, (nodes, d).
     centre
         Mean place of each body's nodes. Length, (bodies, d).
     radius
         Root mean square of their distances from it. Length, (bodies,).
     """
 
+    u: Array
     x: Array
     centre: Array
     radius: Array
@@ -40,14 +41,15 @@ def frame_of(problem: CoupledProblem) -> Frame:
     contact = problem.contact
     V = contact.u.function_space
     dim, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
-    x = V.tabulate_dof_coordinates()[:, :dim] + contact.u.x.array.reshape(-1, dim)
+    u = contact.u.x.array.reshape(-1, dim).copy()
+    x = V.tabulate_dof_coordinates()[:, :dim] + u
     ones = np.tile(np.eye(dim), owned)
     sums = sums_by_body(problem, np.array([ones[0], *(ones * x[:owned].ravel())]))
     nodes, *places = problem.comm.allreduce(sums)
     centre = np.array(places).T / nodes[:, None]
     apart = (x - centre[contact.system.bodies.dofs])[:owned].ravel()
     squares = problem.comm.allreduce(sums_by_body(problem, apart[None] ** 2)[0])
-    return Frame(x, centre, np.sqrt(squares / nodes))
+    return Frame(u, x, centre, np.sqrt(squares / nodes))
 
 
 def _rigid_motions(x: Array) -> Array:

@@ -21,8 +21,12 @@ from .rigid_moves import accept_place, longest_move, moves_others, thinnest
 MOVES, CLOSE, MOST_BODIES = 200, 50, 100
 # Largest move, in distances within which contact is found
 LONGEST = 0.5
-# Factors on the largest move where bodies turn back, and where they go on
-BACK, ON = 0.5, 1.2
+# Largest number of halves of a move that needs energy, and the share of what contact
+# stores that it may need all the same: directions of rays turn, which is left out
+HALVES, NEEDS = 20, 0.3
+# Depth at which a facet bears the largest load on soft springs, and the largest depth of
+# a body at rest, in facets. Share of the thickness of a body up to which none goes in
+SOFT, DEEPEST, HALFWAY = 0.05, 0.2, 0.5
 # Move below which a body rests, in facets
 AT_REST = 1e-3
 # Share of the load that resists a motion over a facet, where nothing else does
@@ -40,15 +44,18 @@ class _Pressed(NamedTuple):
         Of slave and master, (2, n).
     x
         Length, (n, d).
-    force
-        On the slave. Force, (n, d).
+    depth
+        Length, (n,).
+    way
+        Of the slave on the master's springs. Length, (n, d).
     stiffness
         Force per length, (n, d, d).
     """
 
     bodies: Indices
     x: Array
-    force: Array
+    depth: Array
+    way: Array
     stiffness: Array
 
 
@@ -64,8 +71,9 @@ class Settling:
 
     def __init__(self, problem: CoupledProblem, loose: Mask, limit: float) -> None:
         self._problem, self._contact = problem, problem.contact
-        self._limit, self._count = limit, len(loose)
+        self._limit, self._count, self._softness = limit, len(loose), 1.0
         self._contact.update()
+        self._thin = thinnest(self._contact, limit)
         self._moving = np.flatnonzero(loose & ~self._is_kept())
         # Place among the bodies that move; of all others, and of tools, the one behind
         self._at = np.full(self._count + 1, len(self._moving))
@@ -81,35 +89,87 @@ class Settling:
         if not touched(contact, self._count)[moving].all():
             return None
         begin = contact.state()
-        work = self._move_to_rest()
+        forces = -self._problem.volume.forces(self._problem.bcs)
+        work = self._settle(forces[contact.unknowns.u_owned])
         if work is None:
             contact.restore(begin)
         return work
 
-    def _move_to_rest(self) -> float | None:
-        contact = self._contact
-        longest = LONGEST * thinnest(contact, longest_move(contact, self._limit))
-        most = longest
-        work, close, last = 0.0, 0, np.zeros(1)
+    def _settle(self, forces: Array) -> float | None:
+        """Move bodies until they rest on soft springs, which a stiff body needs to roll
+        on, and from there on springs of gamma."""
+        self._soften(forces)
+        work = self._move_to_rest(forces)
+        if work is not None and self._softness < 1.0:
+            self._softness = 1.0
+            more = self._move_to_rest(forces)
+            work = None if more is None else work + more
+        if work is None or self._deepest() > DEEPEST * self._limit:
+            return None
+        return work
+
+    def _soften(self, forces: Array) -> None:
+        """Set the share of gamma with which a facet bears the largest load."""
+        contact, dim = self._contact, self._contact.u.function_space.dofmap.index_map_bs
+        gamma = max(zone.points()["gamma"].max(initial=0.0) for zone in contact.zones)
+        gamma = self._problem.comm.allreduce(gamma, op=MPI.MAX)
+        load = self._load(frame_of(self._problem), forces)[:, :dim]
+        largest = np.linalg.norm(load, axis=1).max()
+        self._softness = min(1.0, largest / (SOFT * gamma * self._limit**dim))
+
+    def _move_to_rest(self, forces: Array) -> float | None:
+        """Move bodies until they rest; return the work of forces at the owned dofs of u,
+        None if one does not come to rest."""
+        contact, work, close = self._contact, 0.0, 0
+        longest = LONGEST * min(self._thin, longest_move(contact, self._limit))
         for _ in range(MOVES):
             frame = frame_of(self._problem)
-            load = self._load(frame)
-            step = self._step(frame, load)
+            step = self._step(frame, self._load(frame, forces))
             far = self._farthest(frame, step)
             if not 0.0 < far < np.inf or close == CLOSE:
                 break
-            most = min(longest, most * (BACK if (step * last).sum() < 0.0 else ON))
-            last, step = step, min(1.0, most / far) * step
-            work += float((load * step).sum())
-            self._move(frame, step)
-            if far <= AT_REST * self._limit:
+            is_cut = far > longest
+            done = self._go_down(frame, min(1.0, longest / far) * step, forces)
+            rests = done is None or far <= AT_REST * self._limit
+            work += done or 0.0
+            if rests or is_cut:  # what a body rolls or falls is no slip
                 accept_place(contact)
+            if rests:
                 return work
-            if far > most:  # what a body rolls or falls is no slip
-                accept_place(contact)
-            else:
-                close += 1
+            close += not is_cut
         return None
+
+    def _go_down(self, frame: Frame, step: Array, forces: Array) -> float | None:
+        """Move bodies by a step, or by halves of it that need no energy and go into no
+        thin body; return the work of forces, None if all do, and then stay."""
+        stored, owned = self._energy(), forces.size
+        deepest = max(HALFWAY * self._thin, self._deepest())
+        for _ in range(HALVES):
+            self._move(frame, step)
+            way = self._contact.u.x.array[:owned] - frame.u.ravel()[:owned]
+            work = self._problem.comm.allreduce(float(forces @ way))
+            needed = self._energy() - stored - work
+            if needed <= NEEDS * stored and self._deepest() <= deepest:
+                return work
+            step = 0.5 * step
+        self._move(frame, 0.0 * step)
+        return None
+
+    def _energy(self) -> float:
+        """Find the energy that contact stores as springs."""
+        mine = 0.0
+        for zone in self._contact.zones:
+            points = self._pressed(zone)
+            each = np.einsum("nd,nde,ne->n", points.way, points.stiffness, points.way)
+            mine += 0.5 * float(each.sum())
+        return float(self._problem.comm.allreduce(mine))
+
+    def _deepest(self) -> float:
+        """Find the largest penetration of bodies that move. Length."""
+        deep = 0.0
+        for zone in self._contact.zones:
+            deep = self._pressed(zone).depth.max(initial=deep)
+        return float(self._problem.comm.allreduce(deep, op=MPI.MAX))
 
     def _is_kept(self) -> Mask:
         """Whether springs, hoops, masses or bonds keep each body, or contact carries more
@@ -139,17 +199,14 @@ class Settling:
         held = ~free_axes(problem).all(axis=0)
         return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
 
-    def _load(self, frame: Frame) -> Array:
-        """Find the forces of the form along the rigid motions of the bodies that move,
-        (moving, motions)."""
-        problem, contact = self._problem, self._contact
-        forces = -problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
-        dim = frame.x.shape[1]
-        owned = len(forces) // dim
-        of = contact.system.bodies.dofs[:owned]
+    def _load(self, frame: Frame, forces: Array) -> Array:
+        """Find forces at the owned dofs of u along the rigid motions of the bodies that
+        move, (moving, motions)."""
+        owned = forces.size // frame.x.shape[1]
+        of = self._contact.system.bodies.dofs[:owned]
         modes = frame.motions(frame.x[:owned], of)
-        modes = modes.reshape(len(modes), len(forces))
-        sums = problem.comm.allreduce(sums_by_body(problem, modes * forces))
+        modes = modes.reshape(len(modes), forces.size)
+        sums = self._problem.comm.allreduce(sums_by_body(self._problem, modes * forces))
         return np.asarray(sums.T[self._moving])
 
     def _step(self, frame: Frame, load: Array) -> Array:
@@ -174,7 +231,8 @@ class Settling:
             modes = np.array(
                 [frame.motions(points.x, slave), -frame.motions(points.x, master)]
             )
-            np.add.at(force, at, np.einsum("smnd,nd->snm", modes, points.force))
+            back = -np.einsum("nde,ne->nd", points.stiffness, points.way)
+            np.add.at(force, at, np.einsum("smnd,nd->snm", modes, back))
             each = np.einsum("smnd,nde,tlne->stnml", modes, points.stiffness, modes)
             np.add.at(stiffness, (at[:, None], at[None]), each)
         comm = self._problem.comm
@@ -197,17 +255,15 @@ class Settling:
         depth = points["gap"][closed] * np.einsum(
             "nd,nd->n", n, points["contact_normal"][closed]
         )
-        k = points["weight"][closed] * points["gamma"][closed]
         normal = np.einsum("nd,ne->nde", n, n)
-        force = (k * depth)[:, None] * n
-        stiffness = normal
+        way, along = -depth[:, None] * n, normal
         if zone.frictional:
-            stiffness = np.broadcast_to(np.eye(n.shape[1]), normal.shape)
+            along = np.broadcast_to(np.eye(n.shape[1]), normal.shape)
             slip = points["slip"][closed]
-            force = force - k[:, None] * (slip - np.einsum("nde,ne->nd", normal, slip))
-        return _Pressed(
-            bodies[:, moves], points["x"][closed], force, k[:, None, None] * stiffness
-        )
+            way = way + slip - np.einsum("nde,ne->nd", normal, slip)
+        k = self._softness * points["weight"][closed] * points["gamma"][closed]
+        x = points["x"][closed]
+        return _Pressed(bodies[:, moves], x, -depth, way, k[:, None, None] * along)
 
     def _at_nodes(self, step: Array) -> Array:
         """Motions of the body of each of this rank's nodes, (nodes, motions)."""
@@ -229,7 +285,8 @@ class Settling:
         motions = self._at_nodes(step)
         arm = frame.x - frame.centre[of]
         turned_by = turned(arm, motions[:, dim:] / frame.radius[of][:, None])
+        moved = frame.u + motions[:, :dim] + turned_by - arm
         values = contact.unknowns.values()
-        values[contact.unknowns.u_local] += (motions[:, :dim] + turned_by - arm).ravel()
+        values[contact.unknowns.u_local] = moved.ravel()
         contact.unknowns.set_values(values)
         contact.update()

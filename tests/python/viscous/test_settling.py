@@ -2,6 +2,8 @@
 
 from types import SimpleNamespace
 
+from mpi4py import MPI
+
 import numpy as np
 import pytest
 from load_paths import body_above, nodal, resting
@@ -26,6 +28,7 @@ def turned(x, angle, middle):
 
 def tilted(cell, friction=None, angle=ANGLE, **options):
     """A block under its weight that starts turned about its middle, above a wider one.
+    Its sides face nothing.
 
     Returns
     -------
@@ -132,6 +135,27 @@ def test_a_body_on_which_contact_carries_something_stays():
     loose[1 - body_above(problem.contact, 0)] = False
     assert Settling(problem, loose, LIMIT).settle() is None
     assert np.array_equal(problem.contact.u.x.array, before)
+
+
+@pytest.mark.mpi
+def test_a_block_beyond_its_edge_does_not_climb_over_it():
+    """Upright it would have less energy, but the way there leads uphill."""
+    block = tilted("quadrilateral", Coulomb(0.5), 0.62)  # the edge bears up to 0.54
+    block.fall()
+    ends = ends_of(nodal(block.problem)[block.is_block], block.problem.comm)
+    assert np.ptp(ends[:, 0]) > 0.3  # upright, all nodes have moved alike
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("load, rests", [(0.2, True), (60.0, False)])
+def test_a_body_that_would_sink_into_what_bears_it_stays(load, rests):
+    """A fifth of a facet is the largest depth of a body at rest."""
+    block = tilted("triangle", Coulomb(0.5))
+    block.steps.apply(load)
+    settled = block.fall()[1]
+    assert (settled is not None) == rests
+    deep = -block.problem.contact.points()["gap"].min(initial=0.0)
+    assert block.problem.comm.allreduce(deep, op=MPI.MAX) <= 0.3 * LIMIT
 
 
 @pytest.mark.mpi
