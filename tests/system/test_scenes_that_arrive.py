@@ -90,7 +90,7 @@ def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside
         taken = take(path)
     told = [str(w.message) for w in caught if issubclass(w.category, ContactWarning)]
     (one,) = [text for text in told if "of its forces drive that" in text]
-    assert "the body around (" in one and "turn" in one
+    assert "the body around (" in one and "and turn" in one
     assert float(one.split(": ")[1].split()[0]) <= 1e-2
     assert taken.arrived and taken.halvings == 0 and taken.tangents <= 160
     assert max(step.tangents for step in taken.steps[1:]) <= 8

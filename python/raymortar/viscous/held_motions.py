@@ -300,11 +300,6 @@ class HeldMotions:
         """Hold a motion that has not ended where it was driven least; where more drives
         it, say which body nothing stops, and end the step."""
         problem, (motions, change) = self._problem, self._moving
-        if self._rest is None and self.has_loose and share <= IDLE:
-            self._ways.clear()
-            self._free = self._moving
-            self._hold_more()
-            self._rest = share, self._contact.state(), self._viscosity.held()
         if self._rest is not None:
             drive, state, held = self._rest
             self._may_drive = DRIVEN
@@ -313,7 +308,7 @@ class HeldMotions:
             self._viscosity.hold_as(held)
             iterations = self.hold_on(self._plain)
             if iterations is not None:
-                self._say_driven(max(drive, self._drive))
+                self._say_driven(drive)
                 return iterations
         self.is_lost = self.has_loose
         body = int(np.where(self._loose | ~self.is_lost, motions, 0.0).argmax())

@@ -89,15 +89,12 @@ class Stabilization(HeldMotions):
         self.begin()
         self._begun = self._problem.tangents
         self._fading.begin()
-        scale, iterations, work = SHARE * self._factor, 0, 0.0
+        scale, iterations = SHARE * self._factor, 0
         most, each = self._most or MOST, each or self._plain
-        fall = self._fall()
-        if fall is not None:
-            last = self._landed()
-            if last is not None:
-                self.work += fall
-                return last
-            work = fall
+        work, last = self._fall()
+        if last is not None:
+            self.work += work
+            return last
         for _ in range(most):
             asked = scale
             more, scale = self._under(scale, each)
@@ -137,16 +134,30 @@ class Stabilization(HeldMotions):
             f"{share:.3g} of all forces of a body that nothing holds"
         )
 
-    def _fall(self) -> float | None:
-        """Move loose bodies as rigid ones to where they rest; return the work of their
-        loads, None if that moves none."""
+    def _fall(self) -> tuple[float, int | None]:
+        """Move loose bodies as rigid ones to where they rest, or else to where they land,
+        and solve from there; return the work of their loads and the iterations, None if
+        that fails.
+
+        Nothing keeps bodies without friction where they rest: they may come back.
+        """
         if not self.has_loose:
-            return None
+            return 0.0, None
         given = self._problem, self._loose, self._limit
         settling = Settling(*given)
-        works = Landing(*given).land(), settling.settle()
-        done = [work for work in works if work is not None]
-        return sum(done) if done else None
+        landed, place = Landing(*given).land(), self._contact.state()
+        settled, last = settling.settle(), None
+        if settled is not None:
+            last = self._landed()
+            if last is not None or self._has_friction():
+                return settled + (landed or 0.0), last
+            self._contact.restore(place)
+        if landed is not None:
+            last = self._landed()
+        return landed or 0.0, last
+
+    def _has_friction(self) -> bool:
+        return any(one.friction is not None for one in self._contact.contacts)
 
     def _landed(self) -> int | None:
         """Solve without the forces where bodies have landed; return the iterations, None
