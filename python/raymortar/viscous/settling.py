@@ -27,6 +27,8 @@ HALVES, NEEDS = 20, 0.3
 # Depth at which a facet bears the largest load on soft springs, and the largest depth of
 # a body at rest, in facets. Share of the thickness of a body up to which none goes in
 SOFT, DEEPEST, HALFWAY = 0.05, 0.2, 0.5
+# Share of gamma from which on soft springs would gain nothing
+STIFF = 0.1
 # Move below which a body rests, in facets
 AT_REST = 1e-3
 # Share of the load that resists a motion over a facet, where nothing else does
@@ -109,13 +111,15 @@ class Settling:
         return work
 
     def _soften(self, forces: Array) -> None:
-        """Set the share of gamma with which a facet bears the largest load."""
+        """Set the share of gamma with which a facet bears the largest load, 1 if that is
+        not much softer."""
         contact, dim = self._contact, self._contact.u.function_space.dofmap.index_map_bs
         gamma = max(zone.points()["gamma"].max(initial=0.0) for zone in contact.zones)
         gamma = self._problem.comm.allreduce(gamma, op=MPI.MAX)
         load = self._load(frame_of(self._problem), forces)[:, :dim]
         largest = np.linalg.norm(load, axis=1).max()
-        self._softness = min(1.0, largest / (SOFT * gamma * self._limit**dim))
+        share = largest / (SOFT * gamma * self._limit**dim)
+        self._softness = share if share < STIFF else 1.0
 
     def _move_to_rest(self, forces: Array) -> float | None:
         """Move bodies until they rest; return the work of forces at the owned dofs of u,
