@@ -59,7 +59,7 @@ def test_a_loose_stack_is_caught_once(fine, degree):
 
 
 @pytest.mark.mpi
-def test_a_free_disc_stays_where_it_lands():
+def test_a_free_disc_stays_where_it_lands(unsettled):
     """Nothing but rounding drives its roll: it is held there, and named. Then it costs no
     more than a body on supports; before, it took 218 tangents and rolled by 0.34."""
     pytest.importorskip("gmsh")
@@ -101,6 +101,18 @@ def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-2 * WEIGHT)
 
 
+@pytest.mark.mpi
+def test_a_free_disc_turns_to_a_facet():
+    """From there it is solved in as many tangents as one on supports."""
+    pytest.importorskip("gmsh")
+    path = free_disc(size := 0.8)
+    taken = take(path)
+    assert taken.arrived and taken.halvings == 0 and taken.tangents <= 60
+    at, force = path.result()
+    assert abs(at[0]) <= size and -0.2 * RADIUS < at[1] < -FALL
+    assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
+
+
 def test_a_disc_that_its_weight_turns_over_rolls_by_a_quarter_turn():
     """With its centre of mass aside by a tenth of the radius. Before, it failed."""
     pytest.importorskip("gmsh")
@@ -137,7 +149,7 @@ def test_sentences_on_a_lost_body_come_first(way, unlanded):
     assert said == (way == "auto")
 
 
-def test_a_held_disc_is_let_go_where_walls_grip_it():
+def test_a_held_disc_is_let_go_where_walls_grip_it(unsettled):
     """What resists its roll takes the place of the forces that held it."""
     pytest.importorskip("gmsh")
     path = free_disc(walls=True)

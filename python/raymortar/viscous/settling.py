@@ -30,7 +30,7 @@ SOFT, DEEPEST, HALFWAY = 0.05, 0.2, 0.5
 # Share of gamma from which on soft springs would gain nothing
 STIFF = 0.1
 # Move below which a body rests, in facets
-AT_REST = 1e-3
+AT_REST = 1e-6
 # Share of the load that resists a motion over a facet, where nothing else does
 DRAG = 1e-2
 # Share of all its forces up to which contact carries nothing of a body
