@@ -59,12 +59,6 @@ def unlanded(monkeypatch):
 
 
 @pytest.fixture
-def unsettled(monkeypatch):
-    """Bodies land, and do not turn to where they rest as rigid ones."""
-    monkeypatch.setattr(Settling, "settle", lambda self: None)
-
-
-@pytest.fixture
 def record_property(record_property):
     """pytest's, for plain numbers: tests side by side can hand on no others."""
 

