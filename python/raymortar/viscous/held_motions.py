@@ -315,7 +315,8 @@ class HeldMotions:
         self.gave_up = (
             f"{problem.convergence.groups.names()[body]} goes on to "
             f"{motion_in_words(problem, body, change)} under viscous forces of "
-            f"{share:.2g} of its forces, in {MOST_IDLE} tangents: nothing stops it"
+            f"{share:.2g} of its forces, in {MOST_IDLE} tangents: nothing stops it. "
+            "stabilize=True goes on for longer"
         )
         raise ConvergenceError(self.gave_up)
 
