@@ -15,6 +15,7 @@ from problems import COMM, cellwise, fix, residual, stack
 import raymortar
 from raymortar import rigid
 from raymortar.core import compat
+from raymortar.core.discretization.ranks import ends_of
 
 # Of the disc
 RADIUS, WEIGHT, FALL = 5.0, 5.0, 0.1
@@ -82,6 +83,46 @@ def loose_stack(
         steps,
         lambda: np.array([contact.resultant(i).force for i in (0, 1)]),
     )
+
+
+def leaning(friction, gap=1e-3, steps=2):
+    """A stiff plank of length 1 that leans at 60 degrees on a rigid wall, its ends a gap
+    from wall and floor, under its weight of 1. The result is the angle of the diagonal of
+    the box around it, in degrees, and the force of wall and floor."""
+    thick, size, dim = 0.05, 0.05, 2
+
+    def draw(occ):
+        plank = occ.addRectangle(0, 0, 0, thick, 1.0)
+        occ.rotate([(dim, plank)], 0, 0, 0, 0, 0, 1, np.pi / 6.0)
+        occ.translate([(dim, plank)], gap + 0.5, gap, 0)
+        return {"plank": plank}, {"skin": ("plank", lambda x, y: True)}
+
+    mesh = read(draw, size)
+    V = compat.vector_space(mesh.mesh, 1)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
+    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(1e7, 0.3))
+    form = (ufl.inner(stress, ufl.grad(v)) + weight / thick * v[1]) * ufl.dx
+    lines = [((0.0, 0.0), (0.0, 1.0)), ((0.0, 0.0), (1.0, 0.0))]
+    pairs = [("skin", rigid.Body(rigid.Line(*line))) for line in lines]
+    contact = raymortar.Contact(
+        u,
+        mesh.facet_tags,
+        pairs,
+        friction=raymortar.Coulomb(friction),
+        names=mesh.names,
+    )
+    problem = raymortar.NonlinearProblem(form, contact)
+
+    def apply(t):
+        weight.value = t
+
+    def lean():
+        x = V.tabulate_dof_coordinates()[:, :2] + u.x.array.reshape(-1, 2)
+        low, high = ends_of(x, COMM)
+        return np.degrees(np.arctan2(*(high - low)[::-1])), contact.resultant().force
+
+    return Path(problem, apply, steps, lean)
 
 
 def free_disc(size=0.8, steps=10, walls=False, aside=0.0, friction=0.3):

@@ -12,6 +12,7 @@ from arriving import (
     RADIUS,
     WEIGHT,
     free_disc,
+    leaning,
     loose_stack,
     squeezed_disc,
     stacked,
@@ -100,6 +101,19 @@ def test_a_disc_that_little_drives_is_held_within_sixty_tangents(friction, aside
     at, force = path.result()
     assert abs(at[0]) <= 0.1 * RADIUS and -0.2 * RADIUS < at[1] < -FALL
     assert force == pytest.approx([0.0, WEIGHT], abs=1e-2 * WEIGHT)
+
+
+def test_a_plank_leans_where_friction_holds_it():
+    """It comes to rest wedged between wall and floor, in which soft springs have let it."""
+    pytest.importorskip("gmsh")
+    path = leaning(0.6)
+    taken = take(path)
+    # Length and thickness at 60 degrees
+    start = np.degrees(np.arctan2(np.sqrt(0.75) + 0.025, 0.5 + 0.05 * np.sqrt(0.75)))
+    lean, force = path.result()
+    assert taken.arrived and taken.halvings == 0 and taken.tangents <= 30
+    assert lean == pytest.approx(start, abs=1.0)
+    assert force == pytest.approx([0.0, 1.0], abs=1e-8)
 
 
 def test_a_disc_that_its_weight_turns_over_rolls_by_a_quarter_turn():

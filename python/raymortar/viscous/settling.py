@@ -29,6 +29,9 @@ HALVES, NEEDS = 20, 0.3
 SOFT, DEEPEST, HALFWAY = 0.05, 0.2, 0.5
 # Share of gamma from which on soft springs would gain nothing
 STIFF = 0.1
+# Largest number of rests while bodies come out of what soft springs have let them into,
+# and the share of energy that is left by one that is of no use
+RESTS, LEFT = 50, 0.9
 # Move below which a body rests, in facets
 AT_REST = 1e-6
 # Share of the load that resists a motion over a facet, where nothing else does
@@ -104,10 +107,22 @@ class Settling:
         work = self._move_to_rest(forces)
         if work is not None and self._softness < 1.0:
             self._softness = 1.0
-            more = self._move_to_rest(forces)
-            work = None if more is None else work + more
+            work = self._let_out(work, forces)
         if work is None or self._deepest() > DEEPEST * self._limit:
             return None
+        return work
+
+    def _let_out(self, work: float, forces: Array) -> float | None:
+        """Move bodies out of what soft springs have let them into, as long as that sets
+        energy free: where friction wedges them, each rest lets out a part."""
+        for _ in range(RESTS):
+            stored = self._energy()
+            more = self._move_to_rest(forces)
+            if more is None:
+                return None
+            work += more
+            if self._energy() > LEFT * stored:
+                break
         return work
 
     def _soften(self, forces: Array) -> None:
