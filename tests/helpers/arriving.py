@@ -85,6 +85,30 @@ def loose_stack(
     )
 
 
+def on_tools(mesh, skin, lines, degree, E, density, friction):
+    """A plane body of neo-Hookean rubber that rigid lines alone bear, each given by a
+    point and its normal; `density` gives its weight per area from the whole one.
+
+    Returns
+    -------
+    problem, the tools, the Constant of the weight.
+    """
+    V = compat.vector_space(mesh.mesh, degree)
+    u, v = fem.Function(V), ufl.TestFunction(V)
+    weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
+    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(E, 0.3))
+    form = (ufl.inner(stress, ufl.grad(v)) + density(weight) * v[1]) * ufl.dx
+    tools = [rigid.Body(rigid.Line(*line)) for line in lines]
+    contact = raymortar.Contact(
+        u,
+        mesh.facet_tags,
+        [(skin, tool) for tool in tools],
+        friction=raymortar.Coulomb(friction) if friction else None,
+        names=mesh.names,
+    )
+    return raymortar.NonlinearProblem(form, contact), tools, weight
+
+
 def leaning(friction, gap=1e-3, steps=2):
     """A stiff plank of length 1 that leans at 60 degrees on a rigid wall, its ends a gap
     from wall and floor, under its weight of 1. The result is the angle of the diagonal of
@@ -98,29 +122,20 @@ def leaning(friction, gap=1e-3, steps=2):
         return {"plank": plank}, {"skin": ("plank", lambda x, y: True)}
 
     mesh = read(draw, size)
-    V = compat.vector_space(mesh.mesh, 1)
-    u, v = fem.Function(V), ufl.TestFunction(V)
-    weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
-    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(1e7, 0.3))
-    form = (ufl.inner(stress, ufl.grad(v)) + weight / thick * v[1]) * ufl.dx
     lines = [((0.0, 0.0), (0.0, 1.0)), ((0.0, 0.0), (1.0, 0.0))]
-    pairs = [("skin", rigid.Body(rigid.Line(*line))) for line in lines]
-    contact = raymortar.Contact(
-        u,
-        mesh.facet_tags,
-        pairs,
-        friction=raymortar.Coulomb(friction),
-        names=mesh.names,
+    problem, _, weight = on_tools(
+        mesh, "skin", lines, 1, 1e7, lambda weight: weight / thick, friction
     )
-    problem = raymortar.NonlinearProblem(form, contact)
+    u = problem.contact.u
 
     def apply(t):
         weight.value = t
 
     def lean():
-        x = V.tabulate_dof_coordinates()[:, :2] + u.x.array.reshape(-1, 2)
-        low, high = ends_of(x, COMM)
-        return np.degrees(np.arctan2(*(high - low)[::-1])), contact.resultant().force
+        x = u.function_space.tabulate_dof_coordinates()[:, :2]
+        low, high = ends_of(x + u.x.array.reshape(-1, 2), COMM)
+        force = problem.contact.resultant().force
+        return np.degrees(np.arctan2(*(high - low)[::-1])), force
 
     return Path(problem, apply, steps, lean)
 
@@ -135,27 +150,19 @@ def free_disc(size=0.8, steps=10, walls=False, aside=0.0, friction=0.3):
         return {"disc": disc}, {"rim": ("disc", lambda x, y: True)}
 
     mesh = read(draw, size)
-    V = compat.vector_space(mesh.mesh, 2)
-    u, v = fem.Function(V), ufl.TestFunction(V)
-    weight = fem.Constant(mesh.mesh, PETSc.ScalarType(0.0))
-    stress = MATERIALS["neo-hookean"][0](ufl.grad(u), *lame(10.0, 0.3))
-    density = weight / (np.pi * RADIUS**2)
-    density *= 1.0 + 4.0 * aside / RADIUS**2 * ufl.SpatialCoordinate(mesh.mesh)[0]
-    form = (ufl.inner(stress, ufl.grad(v)) + density * v[1]) * ufl.dx
-    floor, beside = rigid.Body(rigid.Line((0.0, 0.0), (0.0, 1.0))), 1.1 * RADIUS
-    sides = [
-        rigid.Body(rigid.Line((side * beside, 0.0), (-side, 0.0)))
-        for side in (-1.0, 1.0) * walls
-    ]
-    contact = raymortar.Contact(
-        u,
-        mesh.facet_tags,
-        [("rim", one) for one in (floor, *sides)],
-        friction=raymortar.Coulomb(friction) if friction else None,
-        names=mesh.names,
+
+    def density(weight):
+        by_place = 4.0 * aside / RADIUS**2 * ufl.SpatialCoordinate(mesh.mesh)[0]
+        return weight / (np.pi * RADIUS**2) * (1.0 + by_place)
+
+    beside = 1.1 * RADIUS
+    lines = [((0.0, 0.0), (0.0, 1.0))]
+    lines += [((side * beside, 0.0), (-side, 0.0)) for side in (-1.0, 1.0) * walls]
+    problem, (_, *sides), weight = on_tools(
+        mesh, "rim", lines, 2, 10.0, density, friction
     )
-    problem = raymortar.NonlinearProblem(form, contact)
-    x = V.tabulate_dof_coordinates()[:, :2] - (0.0, RADIUS + FALL)
+    u = problem.contact.u
+    x = u.function_space.tabulate_dof_coordinates()[:, :2] - (0.0, RADIUS + FALL)
 
     def apply(t):
         weight.value = WEIGHT * t
@@ -166,7 +173,10 @@ def free_disc(size=0.8, steps=10, walls=False, aside=0.0, friction=0.3):
         """Displacement near the middle, and the force of the floor."""
         near = np.hypot(*x.T)
         mine = near.min(), tuple(u.x.array.reshape(-1, 2)[near.argmin()])
-        return np.array(min(COMM.allgather(mine))[1]), contact.resultant(0).force
+        return (
+            np.array(min(COMM.allgather(mine))[1]),
+            problem.contact.resultant(0).force,
+        )
 
     return Path(problem, apply, steps, middle)
 

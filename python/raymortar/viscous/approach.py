@@ -10,10 +10,10 @@ import numpy as np
 
 from ..core.compat import Array, Mask
 from ..core.discretization.ranks import ends_of
-from ..core.discretization.surfaces import bodies_of_facets
 from ..core.errors import ConvergenceError
 from ..core.interaction import Interaction
 from ..core.interface.zone_data import ZoneData
+from .rigid_moves import bodies_of
 
 
 class Approach:
@@ -27,12 +27,9 @@ class Approach:
     def _meets(self) -> Mask:
         """Whether slave or masters of each zone are on each body, (zones, bodies)."""
         contact = self._contact
-        found = np.zeros((len(contact.zones), contact.system.bodies.count))
-        for meets, zone in zip(found, contact.zones):
-            for surface in (zone.facets.slave_surface, zone.facets.master_surface):
-                meets[bodies_of_facets(contact.system.bodies, surface)] = 1.0
-        contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.MAX)
-        return found > 0.0
+        found = np.array([bodies_of(zone, contact) for zone in contact.zones])
+        contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
+        return found
 
     def require(self, motions: Array) -> None:
         """Refuse motions of held bodies that may have passed loose ones. Collective.

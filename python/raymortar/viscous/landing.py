@@ -13,14 +13,18 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
 from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
-from .rigid_moves import accept_place, longest_move, moves_others, thinnest
+from .rigid_moves import (
+    DEEPEST,
+    MOVES,
+    NOISE,
+    accept_place,
+    longest_move,
+    moves_others,
+    thinnest,
+)
 
-# Largest number of moves of one landing, and of halves of one in which a body lands
-MOVES, HALVES = 200, 10
-# Share of all its forces up to which a body's resultant is noise
-NOISE = 1e-3
-# Depth of a body that has landed, and the least move, in largest moves
-DEEPEST = 0.2
+# Largest number of halves of a move in which a body lands
+HALVES = 10
 
 
 class _Facing(NamedTuple):

@@ -4,9 +4,20 @@ from __future__ import annotations
 
 from mpi4py import MPI
 
+import numpy as np
+
+from ..core.compat import Mask
+from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
+from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 
+# Largest number of moves
+MOVES = 200
+# Depth of a body that has landed or rests, in largest moves
+DEEPEST = 0.2
+# Share of all forces of a body that is noise
+NOISE = 1e-3
 # Distances of a zone within which its contact is found
 _SIGHT = "reach", "depth"
 
@@ -42,3 +53,12 @@ def moves_others(problem: CoupledProblem) -> bool:
     lacking = contact.unknowns.lacking(problem.bcs).owned.any()
     moves = any(zone.motions.have_moved() for zone in contact.zones)
     return bool(problem.comm.allreduce(int(lacking or moves)))
+
+
+def bodies_of(zone: ZoneData, contact: Interaction) -> Mask:
+    """Whether slave or masters of a zone are on each body on this rank, (bodies,)."""
+    bodies, facets = contact.system.bodies, zone.facets
+    found = np.zeros(bodies.count, dtype=bool)
+    for surface in (facets.slave_surface, facets.master_surface):
+        found[bodies_of_facets(bodies, surface)] = True
+    return found

@@ -9,35 +9,41 @@ from mpi4py import MPI
 import numpy as np
 
 from ..core.compat import Array, Indices, Mask
-from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
-from .frame import Frame, frame_of, turned
-from .rigid_moves import accept_place, longest_move, moves_others, thinnest
+from .placement import Placement, placement_of, turned
+from .rigid_moves import (
+    DEEPEST,
+    MOVES,
+    NOISE,
+    accept_place,
+    bodies_of,
+    longest_move,
+    moves_others,
+    thinnest,
+)
 
-# Largest number of moves, of those that are not cut, and of bodies
-MOVES, CLOSE, MOST_BODIES = 200, 50, 100
+# Largest number of moves that are not cut, and of bodies
+CLOSE, MOST_BODIES = 50, 100
 # Largest move, in distances within which contact is found
 LONGEST = 0.5
 # Largest number of halves of a move that needs energy, and the share of what contact
 # stores that it may need all the same: directions of rays turn, which is left out
 HALVES, NEEDS = 20, 0.3
-# Depth at which a facet bears the largest load on soft springs, and the largest depth of
-# a body at rest, in facets. Share of the thickness of a body up to which none goes in
-SOFT, DEEPEST, HALFWAY = 0.05, 0.2, 0.5
+# Depth at which a facet bears the largest load on soft springs, in facets, and share of
+# the thickness of a body up to which others may go into it
+SOFT, HALFWAY = 0.05, 0.5
 # Share of gamma from which on soft springs would gain nothing
 STIFF = 0.1
-# Largest number of rests while bodies come out of what soft springs have let them into,
-# and the share of energy that is left by one that is of no use
+# Largest number of rests on springs of gamma, on which bodies come out of what they have
+# sunk into, and the share of the energy that one has to leave for the next to be of no use
 RESTS, LEFT = 50, 0.9
 # Move below which a body rests, in facets
 AT_REST = 1e-6
 # Share of the load that resists a motion over a facet, where nothing else does
 DRAG = 1e-2
-# Share of all its forces up to which contact carries nothing of a body
-NOISE = 1e-3
 
 
 class _Pressed(NamedTuple):
@@ -108,20 +114,21 @@ class Settling:
         if work is not None and self._softness < 1.0:
             self._softness = 1.0
             work = self._let_out(work, forces)
-        if work is None or self._deepest() > DEEPEST * self._limit:
+        if work is None or self._stored()[1] > DEEPEST * self._limit:
             return None
         return work
 
     def _let_out(self, work: float, forces: Array) -> float | None:
-        """Move bodies out of what soft springs have let them into, as long as that sets
-        energy free: where friction wedges them, each rest lets out a part."""
+        """Move bodies out of what they have sunk into on soft springs, as long as that
+        sets energy free: where friction wedges them, each rest lets out a part."""
+        left, _ = self._stored()
         for _ in range(RESTS):
-            stored = self._energy()
-            more = self._move_to_rest(forces)
+            stored, more = left, self._move_to_rest(forces)
             if more is None:
                 return None
             work += more
-            if self._energy() > LEFT * stored:
+            left, _ = self._stored()
+            if left > LEFT * stored:
                 break
         return work
 
@@ -131,7 +138,7 @@ class Settling:
         contact, dim = self._contact, self._contact.u.function_space.dofmap.index_map_bs
         gamma = max(zone.points()["gamma"].max(initial=0.0) for zone in contact.zones)
         gamma = self._problem.comm.allreduce(gamma, op=MPI.MAX)
-        load = self._load(frame_of(self._problem), forces)[:, :dim]
+        load = self._load(placement_of(self._problem), forces)[:, :dim]
         largest = np.linalg.norm(load, axis=1).max()
         share = largest / (SOFT * gamma * self._limit**dim)
         self._softness = share if share < STIFF else 1.0
@@ -142,13 +149,13 @@ class Settling:
         contact, work, close = self._contact, 0.0, 0
         longest = LONGEST * min(self._thin, longest_move(contact, self._limit))
         for _ in range(MOVES):
-            frame = frame_of(self._problem)
-            step = self._step(frame, self._load(frame, forces))
-            far = self._farthest(frame, step)
+            placement = placement_of(self._problem)
+            step = self._step(placement, self._load(placement, forces))
+            far = self._farthest(placement, step)
             if not 0.0 < far < np.inf or close == CLOSE:
                 break
             is_cut = far > longest
-            done = self._go_down(frame, min(1.0, longest / far) * step, forces)
+            done = self._go_down(placement, min(1.0, longest / far) * step, forces)
             rests = done is None or far <= AT_REST * self._limit
             work += done or 0.0
             if rests or is_cut:  # what a body rolls or falls is no slip
@@ -158,37 +165,37 @@ class Settling:
             close += not is_cut
         return None
 
-    def _go_down(self, frame: Frame, step: Array, forces: Array) -> float | None:
-        """Move bodies by a step, or by halves of it that need no energy and go into no
-        thin body; return the work of forces, None if all do, and then stay."""
-        stored, owned = self._energy(), forces.size
-        deepest = max(HALFWAY * self._thin, self._deepest())
+    def _go_down(
+        self, placement: Placement, step: Array, forces: Array
+    ) -> float | None:
+        """Move bodies by a step, or by the first half of it, half of that and so on that
+        needs no energy and goes into no thin body; return the work of forces, None if
+        each does, and bodies stay."""
+        owned = forces.size
+        stored, deepest = self._stored()
+        deepest = max(HALFWAY * self._thin, deepest)
         for _ in range(HALVES):
-            self._move(frame, step)
-            way = self._contact.u.x.array[:owned] - frame.u.ravel()[:owned]
+            self._move(placement, step)
+            way = self._contact.u.x.array[:owned] - placement.u.ravel()[:owned]
             work = self._problem.comm.allreduce(float(forces @ way))
-            needed = self._energy() - stored - work
-            if needed <= NEEDS * stored and self._deepest() <= deepest:
+            energy, deep = self._stored()
+            if energy - stored - work <= NEEDS * stored and deep <= deepest:
                 return work
             step = 0.5 * step
-        self._move(frame, 0.0 * step)
+        self._move(placement, 0.0 * step)
         return None
 
-    def _energy(self) -> float:
-        """Find the energy that contact stores as springs."""
-        mine = 0.0
+    def _stored(self) -> tuple[float, float]:
+        """Find the energy that contact stores as springs, and the largest penetration of
+        bodies that move. Length."""
+        energy = deepest = 0.0
         for zone in self._contact.zones:
             points = self._pressed(zone)
             each = np.einsum("nd,nde,ne->n", points.way, points.stiffness, points.way)
-            mine += 0.5 * float(each.sum())
-        return float(self._problem.comm.allreduce(mine))
-
-    def _deepest(self) -> float:
-        """Find the largest penetration of bodies that move. Length."""
-        deep = 0.0
-        for zone in self._contact.zones:
-            deep = self._pressed(zone).depth.max(initial=deep)
-        return float(self._problem.comm.allreduce(deep, op=MPI.MAX))
+            energy += 0.5 * float(each.sum())
+            deepest = points.depth.max(initial=deepest)
+        comm = self._problem.comm
+        return comm.allreduce(energy), float(comm.allreduce(deepest, op=MPI.MAX))
 
     def _is_kept(self) -> Mask:
         """Whether springs, hoops, masses or bonds keep each body, or contact carries more
@@ -196,15 +203,11 @@ class Settling:
         problem, contact = self._problem, self._contact
         if contact.system.axisymmetric:
             return np.ones(self._count, dtype=bool)
-        kept, carried = np.zeros((2, self._count + 1))
+        kept, carried = np.zeros(self._count), np.zeros(self._count + 1)
         for one in contact.contacts:
             for zone in one.zones:
                 if one.tied is not None or one.bond is not None:
-                    for surface in (
-                        zone.facets.slave_surface,
-                        zone.facets.master_surface,
-                    ):
-                        kept[bodies_of_facets(contact.system.bodies, surface)] = 1.0
+                    kept[bodies_of(zone, contact)] = 1.0
                 points = zone.points()
                 hit = np.flatnonzero(points["status"] >= OPEN)
                 size = np.abs(points["traction"][hit]).sum(axis=1)
@@ -213,34 +216,34 @@ class Settling:
         forces = problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
         every = sums_by_body(problem, np.abs(forces)[None])[0]
         kept, carried, every = problem.comm.allreduce(
-            np.array([kept[:-1], carried[:-1], every])
+            np.array([kept, carried[:-1], every])
         )
         held = ~free_axes(problem).all(axis=0)
         return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
 
-    def _load(self, frame: Frame, forces: Array) -> Array:
+    def _load(self, placement: Placement, forces: Array) -> Array:
         """Find forces at the owned dofs of u along the rigid motions of the bodies that
         move, (moving, motions)."""
-        owned = forces.size // frame.x.shape[1]
+        owned = forces.size // placement.x.shape[1]
         of = self._contact.system.bodies.dofs[:owned]
-        modes = frame.motions(frame.x[:owned], of)
+        modes = placement.motions(placement.x[:owned], of)
         modes = modes.reshape(len(modes), forces.size)
         sums = self._problem.comm.allreduce(sums_by_body(self._problem, modes * forces))
         return np.asarray(sums.T[self._moving])
 
-    def _step(self, frame: Frame, load: Array) -> Array:
+    def _step(self, placement: Placement, load: Array) -> Array:
         """Find Newton's step for the rigid motions, (moving, motions). Length."""
-        force, stiffness = self._springs(frame)
-        dim = frame.x.shape[1]
+        force, stiffness = self._springs(placement)
+        dim = placement.x.shape[1]
         drag = DRAG * np.linalg.norm(load[:, :dim], axis=1).max() / self._limit
         r = (load + force).ravel()
         K = stiffness.reshape(r.size, r.size) + drag * np.eye(r.size)
         return np.linalg.lstsq(K, r, rcond=None)[0].reshape(load.shape)
 
-    def _springs(self, frame: Frame) -> tuple[Array, Array]:
+    def _springs(self, placement: Placement) -> tuple[Array, Array]:
         """Find what contact does to the rigid motions of the bodies that move: forces
         (moving, motions), and their stiffness (moving, motions, moving, motions)."""
-        n, motions = len(self._moving) + 1, 3 * (frame.x.shape[1] - 1)
+        n, motions = len(self._moving) + 1, 3 * (placement.x.shape[1] - 1)
         force, stiffness = np.zeros((n, motions)), np.zeros((n, n, motions, motions))
         for zone in self._contact.zones:
             points = self._pressed(zone)
@@ -248,7 +251,10 @@ class Settling:
             # A tool has no motions
             slave, master = np.minimum(points.bodies, self._count - 1)
             modes = np.array(
-                [frame.motions(points.x, slave), -frame.motions(points.x, master)]
+                [
+                    placement.motions(points.x, slave),
+                    -placement.motions(points.x, master),
+                ]
             )
             back = -np.einsum("nde,ne->nd", points.stiffness, points.way)
             np.add.at(force, at, np.einsum("smnd,nd->snm", modes, back))
@@ -290,21 +296,23 @@ class Settling:
         every[self._moving] = step
         return every[self._contact.system.bodies.dofs]
 
-    def _farthest(self, frame: Frame, step: Array) -> float:
+    def _farthest(self, placement: Placement, step: Array) -> float:
         """Find how far a step moves a node. Length."""
         of = self._contact.system.bodies.dofs
-        way = np.einsum("nm,mnd->nd", self._at_nodes(step), frame.motions(frame.x, of))
+        way = np.einsum(
+            "nm,mnd->nd", self._at_nodes(step), placement.motions(placement.x, of)
+        )
         far = np.linalg.norm(way, axis=1).max(initial=0.0)
         return float(self._problem.comm.allreduce(far, op=MPI.MAX))
 
-    def _move(self, frame: Frame, step: Array) -> None:
+    def _move(self, placement: Placement, step: Array) -> None:
         """Turn and slide bodies without changing their shapes."""
-        contact, dim = self._contact, frame.x.shape[1]
+        contact, dim = self._contact, placement.x.shape[1]
         of = contact.system.bodies.dofs
         motions = self._at_nodes(step)
-        arm = frame.x - frame.centre[of]
-        turned_by = turned(arm, motions[:, dim:] / frame.radius[of][:, None])
-        moved = frame.u + motions[:, :dim] + turned_by - arm
+        arm = placement.x - placement.centre[of]
+        turned_by = turned(arm, motions[:, dim:] / placement.radius[of][:, None])
+        moved = placement.u + motions[:, :dim] + turned_by - arm
         values = contact.unknowns.values()
         values[contact.unknowns.u_local] = moved.ravel()
         contact.unknowns.set_values(values)

@@ -11,8 +11,8 @@ from problems import worst
 
 from raymortar import Coulomb
 from raymortar.core.discretization.ranks import ends_of
-from raymortar.viscous.frame import frame_of
 from raymortar.viscous.landing import Landing
+from raymortar.viscous.placement import placement_of
 from raymortar.viscous.settling import Settling
 
 GAP, LIMIT, ANGLE, WIDTH = 0.2, 0.1, 0.3, 0.6
@@ -166,15 +166,15 @@ def test_stiffness_is_that_of_the_forces(cell, friction):
     block = tilted(cell, friction)
     block.fall()
     settling, begin = block.settling(), block.problem.contact.state()
-    frame = frame_of(block.problem)
-    stiffness = settling._springs(frame)[1]
+    placement = placement_of(block.problem)
+    stiffness = settling._springs(placement)[1]
     found = np.zeros_like(stiffness)
     for motion in range(stiffness.shape[1]):
         for way in (-1e-5, 1e-5):
             step = np.zeros((1, stiffness.shape[1]))
             step[0, motion] = way * LIMIT
-            settling._move(frame, step)
-            force = settling._springs(frame)[0]
+            settling._move(placement, step)
+            force = settling._springs(placement)[0]
             found[:, :, 0, motion] -= 0.5 * force / (way * LIMIT)
             block.problem.contact.restore(begin)
     assert worst(found - stiffness) <= 0.02 * worst(stiffness)

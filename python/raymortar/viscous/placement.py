@@ -1,4 +1,4 @@
-"""Places about which bodies turn, and turns of any size."""
+"""Where bodies are, about what they turn, and turns of any size."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from ..core.problem import CoupledProblem
 from ..diagnose.lost_contact import rigid_motions, sums_by_body
 
 
-class Frame(NamedTuple):
-    """Places about which bodies turn.
+class Placement(NamedTuple):
+    """Where bodies are, and about what they turn.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Frame(NamedTuple):
         return _rigid_motions(place)
 
 
-def frame_of(problem: CoupledProblem) -> Frame:
+def placement_of(problem: CoupledProblem) -> Placement:
     """Find where bodies are. Collective."""
     contact = problem.contact
     V = contact.u.function_space
@@ -49,7 +49,7 @@ def frame_of(problem: CoupledProblem) -> Frame:
     centre = np.array(places).T / nodes[:, None]
     apart = (x - centre[contact.system.bodies.dofs])[:owned].ravel()
     squares = problem.comm.allreduce(sums_by_body(problem, apart[None] ** 2)[0])
-    return Frame(u, x, centre, np.sqrt(squares / nodes))
+    return Placement(u, x, centre, np.sqrt(squares / nodes))
 
 
 def _rigid_motions(x: Array) -> Array:
