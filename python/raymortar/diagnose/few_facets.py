@@ -83,7 +83,8 @@ class FewFacets:
             pair,
             place,
             f"{carry} the contact, and forces depend on gamma (indicator {share:.2g})",
-            "Make facets there smaller, until at least 4 lie across",
+            "Make facets there smaller"
+            + (f", until at least {ENOUGH} lie across" if are_few else ""),
             share,
             is_wrong=share > WRONG and are_few,
             about=about,

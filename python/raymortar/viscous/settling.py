@@ -13,6 +13,7 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
+from .grip import grips
 from .placement import Placement, placement_of, turned
 from .rigid_moves import (
     DEEPEST,
@@ -85,26 +86,43 @@ class Settling:
         self._limit, self._count, self._softness = limit, len(loose), 1.0
         self._contact.update()
         self._thin = thinnest(self._contact, limit)
-        self._moving = np.flatnonzero(loose & ~self._is_kept())
+        self._let_move(loose & ~self._is_kept())
+
+    def _let_move(self, bodies: Mask) -> None:
+        """Note which bodies move, (bodies,)."""
+        self._moving = np.flatnonzero(bodies)
         # Place among the bodies that move; of all others, and of tools, the one behind
         self._at = np.full(self._count + 1, len(self._moving))
         self._at[self._moving] = np.arange(len(self._moving))
 
     def settle(self) -> float | None:
-        """Move all bodies until they rest; return the work of their loads, None if none
-        moves, if one does not come to rest, or if this step moves supports or tools."""
-        contact, moving = self._contact, self._moving
-        if not 0 < len(moving) <= MOST_BODIES or moves_others(self._problem):
-            return None
+        """Move bodies that touch others until they rest; return the work of their loads,
+        None if none moves, if one does not come to rest, or if this step moves supports or tools.
+        """
+        contact = self._contact
         contact.update()
-        if not touched(contact, self._count)[moving].all():
+        # A body that touches nothing has not landed, and stays
+        self._let_move(
+            touched(contact, self._count) & (self._at[:-1] < len(self._moving))
+        )
+        if not 0 < len(self._moving) <= MOST_BODIES or moves_others(self._problem):
             return None
         begin = contact.state()
         forces = -self._problem.volume.forces(self._problem.bcs)
-        work = self._settle(forces[contact.unknowns.u_owned])
+        forces = forces[contact.unknowns.u_owned]
+        work = self._settle(forces) if self._is_gripped(forces) else None
         if work is None:
             contact.restore(begin)
         return work
+
+    def _is_gripped(self, forces: Array) -> bool:
+        """Whether friction may hold all bodies that move: what sticks here would turn
+        over what slides."""
+        if not any(zone.frictional for zone in self._contact.zones):
+            return True
+        load = self._load(placement_of(self._problem), forces)
+        dim = self._contact.u.function_space.dofmap.index_map_bs
+        return grips(self._contact, self._at, load[:, :dim])
 
     def _settle(self, forces: Array) -> float | None:
         """Move bodies until they rest on soft springs, which a stiff body needs to roll

@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
+from arriving import loose_stack
 from load_paths import body_above, nodal, resting
 from problems import worst
 
@@ -135,6 +136,35 @@ def test_a_body_on_which_contact_carries_something_stays():
     loose[1 - body_above(problem.contact, 0)] = False
     assert Settling(problem, loose, LIMIT).settle() is None
     assert np.array_equal(problem.contact.u.x.array, before)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("aside, rests", [(0.25, True), (0.35, False)])
+def test_a_body_that_its_load_pulls_beyond_friction_stays(cell, aside, rests):
+    """Settling would let it stick to its edge and turn over it, where it slides."""
+    block = tilted(cell, Coulomb(0.3), aside=aside)
+    settled = block.fall()[1]
+    assert (settled is not None) == rests
+    if not rests:
+        u = nodal(block.problem)[block.is_block]
+        turn = turned(block.x, ANGLE, block.middle) - block.x
+        assert worst((u - turn).ptp(axis=0)) <= 1e-12
+
+
+@pytest.mark.mpi
+def test_a_body_in_flight_stays_and_others_settle():
+    """The block in the middle of a stack has a weight, the one above it has none."""
+    path = loose_stack(gap=GAP, loaded="1")
+    path.apply(1.0)
+    problem = path.problem
+    middle, above = (body_above(problem.contact, i) for i in (0, 1))
+    loose = np.isin(np.arange(3), (middle, above))
+    settling = Settling(problem, loose, LIMIT)
+    assert Landing(problem, loose, LIMIT).land() is not None
+    assert settling.settle() is not None
+    u, of = nodal(problem)[:, 1], problem.contact.system.bodies.dofs
+    assert worst(u[of == middle] + GAP) <= 0.1 * LIMIT
+    assert worst(u[of == above]) == 0.0
 
 
 @pytest.mark.mpi
