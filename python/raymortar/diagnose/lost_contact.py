@@ -15,25 +15,29 @@ import numpy as np
 
 from .. import _cpp
 from ..core.compat import Array, Indices, Mask
-from ..core.convergence.balance import EPS, largest_by
-from ..core.discretization.ranks import ends_of, index_among, of_all
-from ..core.discretization.surfaces import bodies_of_facets
+from ..core.discretization.ranks import index_among, of_all
 from ..core.errors import format_point
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import OppositePoints, ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
+from .holding import has_no_springs, on_springs, touched, unheld_axes
+from .rigid_motions import (
+    AXES,
+    grip_of,
+    largest_motions,
+    places,
+    rigid_motions,
+    sums_by_body,
+)
 from .tools import have_gone_through
 
 # Value of a point's ``ray`` where the master is too deep, see `Contact.points`
 TOO_DEEP = 6
-AXES = "xyz"
 # Stiffness of conditions that counts as none, over the largest against a rigid motion
 _NO_STIFFNESS = 1e-9
 # Part of a unit motion that counts as none
 _NO_PART = 1e-6
-# Force of a unit translation that is rounding error, over the body's stiffness
-_NO_SPRING = 1e6 * EPS
 # Displacement of a body that has not moved, and of one that is far off, over its size
 _AT_REST, _FAR_OFF = 1e-9, 0.01
 
@@ -125,14 +129,9 @@ def unheld(problem: CoupledProblem, led: Mask | None = None) -> list[str]:
     Owned dofs of u that are `led` count as prescribed.
     """
     held = problem.constrained if led is None else problem.constrained | led
-    return _sentences(problem, [(one, False) for one in _unheld(problem, held)], _moved)
-
-
-def free_axes(problem: CoupledProblem) -> Mask:
-    """Whether neither conditions nor springs hold a body along each axis, (d, bodies).
-    Collective."""
-    axes = _unheld(problem, problem.constrained).T
-    return np.asarray(axes & ~_springs(problem)) if axes.any() else axes
+    return _sentences(
+        problem, [(one, False) for one in unheld_axes(problem, held)], _moved
+    )
 
 
 def far_on_springs(problem: CoupledProblem) -> list[str]:
@@ -140,8 +139,8 @@ def far_on_springs(problem: CoupledProblem) -> list[str]:
     if problem.inertia is not None:
         return []
     groups, contact = problem.convergence.groups, problem.contact
-    count, springs = contact.system.bodies.count, _springs(problem)
-    free = _unheld(problem, problem.constrained)
+    count, springs = contact.system.bodies.count, on_springs(problem)
+    free = unheld_axes(problem, problem.constrained)
     most, names = largest_motions(contact, contact.states.u_old), groups.names()
     found = []
     for body in np.flatnonzero(most > _FAR_OFF * groups.size[:count]):
@@ -162,7 +161,7 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
     the owned dofs of u, counts as prescribed.
     """
     modes = rigid_motions(places(problem.contact))
-    grip = _grip(problem, modes, problem.constrained)
+    grip = grip_of(problem, modes, problem.constrained)
     if problem.contact.system.axisymmetric:  # hoops hold all but the way along the axis
         grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
     if led is not None:
@@ -185,7 +184,7 @@ def _sentences(
     free = counts(problem) & ~touched(problem.contact, len(motions))
     if not free.any():
         return []
-    springs, names, found = _springs(problem), problem.convergence.groups.names(), []
+    springs, names, found = on_springs(problem), problem.convergence.groups.names(), []
     for body in np.flatnonzero(free):
         axes, turns = motions[body]
         along = [AXES[i] for i in np.flatnonzero(axes & ~springs[:, body])]
@@ -194,81 +193,6 @@ def _sentences(
             text = " and ".join(texts + ["may turn"] * turns)
             found.append(f"{names[body]} {text}")
     return found
-
-
-def sums_by_body(problem: CoupledProblem, values: Array) -> Array:
-    """Sum values at the owned dofs of u over this rank's part of each body, (values,
-    bodies)."""
-    contact, n = problem.contact, problem.convergence.groups.bodies
-    nodes = np.repeat(
-        contact.system.bodies.dofs, contact.u.function_space.dofmap.index_map_bs
-    )
-    sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
-    return np.array(sums, dtype=float)
-
-
-def places(contact: Interaction, x: Array | None = None) -> Array:
-    """Find points, or the owned nodes of u, from the middle of the meshes, over their
-    size, (points, d). Collective."""
-    V = contact.u.function_space
-    dim, owned = V.mesh.geometry.dim, V.dofmap.index_map.size_local
-    nodes = V.tabulate_dof_coordinates()[:owned, :dim]
-    ends = ends_of(nodes, contact.layout.comm)
-    size = np.linalg.norm(np.ptp(ends, axis=0))
-    return np.asarray(((nodes if x is None else x) - ends.mean(axis=0)) / size)
-
-
-def rigid_motions(x: Array) -> Array:
-    """Find translations and turns about the origin at points (n, d), (motions, n d)."""
-    n, dim = x.shape
-    modes = np.zeros((3 if dim == 2 else 6, n, dim))
-    modes[:dim] = np.eye(dim)[:, None]
-    for turn, (i, j) in zip(modes[dim:], ((0, 1), (1, 2), (2, 0))):
-        turn[:, i], turn[:, j] = -x[:, j], x[:, i]
-    return modes.reshape(len(modes), -1)
-
-
-def rigid_part(
-    problem: CoupledProblem, body: int, change: Array
-) -> tuple[Array, Array, Array]:
-    """Find the rigid part of a body's motion, the products of its rigid motions with
-    each other, and those with the change of the owned dofs of u. Collective."""
-    modes = rigid_motions(places(problem.contact))
-    grip = _grip(problem, modes, np.ones(len(change), dtype=bool))[:, :, body]
-    push = problem.comm.allreduce(sums_by_body(problem, modes * change))[:, body]
-    return np.linalg.lstsq(grip, push, rcond=None)[0], grip, push
-
-
-def motion_in_words(problem: CoupledProblem, body: int, change: Array) -> str:
-    """Name the rigid part of a body's motion, from the change of the owned dofs of u.
-    Collective."""
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    motion, grip, push = rigid_part(problem, body, change)
-    nodes, mixed, turn = grip[0, 0], grip[dim:, :dim], motion[dim:]
-    # Turns about the body's own middle
-    spin = turn @ (grip[dim:, dim:] - mixed @ mixed.T / nodes) @ turn
-    straight, spin = np.abs(push[:dim]) / nodes, np.sqrt(max(spin, 0.0) / nodes)
-    least = 0.5 * max(straight.max(), spin)
-    along = ", ".join(AXES[i] for i in np.flatnonzero(straight >= least))
-    words = [f"move along {along}"] * bool(along) + ["turn"] * bool(spin >= least)
-    return " and ".join(words)
-
-
-def _grip(problem: CoupledProblem, motions: Array, held: Mask) -> Array:
-    """Find the stiffness against rigid motions of each body by holding owned dofs,
-    (motions, motions, bodies). Collective."""
-    mine = np.array([sums_by_body(problem, held * row * motions) for row in motions])
-    return np.asarray(problem.comm.allreduce(mine))
-
-
-def _unheld(problem: CoupledProblem, held: Mask) -> Mask:
-    """Whether no dof of a body that is held keeps it along each axis, (bodies, d), given
-    which owned dofs of u are held. Collective."""
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    along = np.tile(np.eye(dim), len(held) // dim)
-    return np.asarray(
-        problem.comm.allreduce(sums_by_body(problem, held * along)) == 0.0
-    ).T
 
 
 def _free_motions(grip: Array) -> tuple[Mask, bool]:
@@ -286,63 +210,11 @@ def _free_motions(grip: Array) -> tuple[Mask, bool]:
     return straight > _NO_PART, count > 0
 
 
-def has_no_springs(problem: CoupledProblem) -> Mask:
-    """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
-    # Hoops may resist a growth of the radius
-    axes = slice(int(problem.contact.system.axisymmetric), None)
-    return ~_springs(problem)[axes].any(axis=0)
-
-
-def _springs(problem: CoupledProblem) -> Mask:
-    """Whether masses, springs or hoops resist a body's translation along each axis, (d,
-    bodies). Collective."""
-    groups, contact = problem.convergence.groups, problem.contact
-    parts = contact.system.stiffness_diagonal, *contact.system.volume.translation
-    sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
-    sizes = np.sqrt(sums[:, : groups.bodies])
-    return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
-
-
-def touched(contact: Interaction, count: int) -> Mask:
-    """Whether each body has a point in contact, or one that adhesion holds. Collective."""
-    found = np.zeros(count + 1, dtype=bool)  # the last one: tools
-    seen = [(zone, zone.points()) for zone in contact.zones]
-    bonds = [one.bond for one in contact.contacts if one.bond is not None]
-    for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
-        found[bodies_at(contact, zone, points, points["status"] >= CLOSED)] = True
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
-    return found[:count]
-
-
-def bodies_at(
-    contact: Interaction, zone: ZoneData, points: dict[str, Array], at: Mask | Indices
-) -> Indices:
-    """Bodies of the slave and of the master at some points of a zone, all of which face
-    one, (2, n). The number of a tool is the number of bodies."""
-    bodies = contact.system.bodies
-    slave = bodies_of_facets(bodies, zone.facets.slave_surface)[points["slave"][at]]
-    if zone.facets.bodies:
-        return np.array([slave, np.full(len(slave), bodies.count)])
-    return np.array([slave, zone.cpp.master_bodies()[points["master"][at]]])
-
-
 def _moved(problem: CoupledProblem) -> Mask:
     """Whether each body has moved since the accepted step. Collective."""
     sizes = problem.convergence.groups.size[: problem.contact.system.bodies.count]
     most = largest_motions(problem.contact, problem.contact.states.u_old)
     return np.asarray(most > _AT_REST * sizes)
-
-
-def largest_motions(contact: Interaction, u: Array) -> Array:
-    """Find the largest component of the motion from u to the present of each body.
-    Length. Collective."""
-    change = np.abs(contact.u.x.array - u)
-    by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-    most = largest_by(
-        contact.system.bodies.dofs, by_node, contact.system.bodies.count
-    ).max(axis=1)
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
-    return most
 
 
 # Ways of slave facets from the points opposite to them at the accepted step

@@ -16,7 +16,7 @@ from ..core.discretization.joined import Places, unrolled
 from ..core.discretization.ranks import destroy, marked_everywhere
 from ..core.problem import CoupledProblem
 from ..core.solvers.petsc_objects import PetscOptions
-from ..diagnose.lost_contact import rigid_motions as motions_at
+from ..diagnose.rigid_motions import rigid_motions as motions_at
 
 # Degree of the polynomial that takes, on several ranks, as many iterations as SOR
 CHEBYSHEV_STEPS = 3

@@ -12,7 +12,7 @@ from ..core.compat import Array, Indices
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.options.friction import Coulomb
-from ..diagnose.lost_contact import bodies_at
+from ..diagnose.holding import bodies_at
 
 # Share of the loads that may be left over
 LEFT = 1e-2

@@ -14,7 +14,7 @@ from ..core.finding import Finding
 from ..core.interface.zone_data import mean_facet_size
 from ..core.state import State
 from ..diagnose.failure import attempt, iterations_of
-from ..diagnose.lost_contact import motion_in_words
+from ..diagnose.rigid_motions import motion_in_words
 from ..solvers.settings import temporarily
 from .approach import Approach
 from .budget import GAIN, MOST_IDLE, Backoff, Budget

@@ -12,7 +12,8 @@ import numpy as np
 from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
-from ..diagnose.lost_contact import bodies_at, free_axes, sums_by_body, touched
+from ..diagnose.holding import bodies_at, free_axes, touched
+from ..diagnose.rigid_motions import sums_by_body
 from .rigid_moves import (
     DEEPEST,
     MOVES,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.compat import Array, Indices
 from ..core.problem import CoupledProblem
-from ..diagnose.lost_contact import rigid_motions, sums_by_body
+from ..diagnose.rigid_motions import rigid_motions, sums_by_body
 
 
 class Placement(NamedTuple):

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..core.errors import ConvergenceError, SetUpError
 from ..diagnose.failure import FAILURES
-from ..diagnose.lost_contact import has_no_springs, touched
+from ..diagnose.holding import has_no_springs, touched
 from .budget import Budget
 from .held_motions import SETTLED, HeldMotions
 from .landing import Landing

@@ -1,0 +1,76 @@
+"""What holds bodies: prescribed displacements, springs and masses, and contact."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+import numpy as np
+
+from ..core.compat import Array, Indices, Mask
+from ..core.convergence.balance import EPS
+from ..core.discretization.surfaces import bodies_of_facets
+from ..core.interaction import Interaction
+from ..core.interface.point_results import CLOSED
+from ..core.interface.zone_data import ZoneData
+from ..core.problem import CoupledProblem
+from .rigid_motions import sums_by_body
+
+# Force of a unit translation that is rounding error, over the body's stiffness
+_NO_SPRING = 1e6 * EPS
+
+
+def free_axes(problem: CoupledProblem) -> Mask:
+    """Whether neither conditions nor springs hold a body along each axis, (d, bodies).
+    Collective."""
+    axes = unheld_axes(problem, problem.constrained).T
+    return np.asarray(axes & ~on_springs(problem)) if axes.any() else axes
+
+
+def unheld_axes(problem: CoupledProblem, held: Mask) -> Mask:
+    """Whether no dof of a body that is held keeps it along each axis, (bodies, d), given
+    which owned dofs of u are held. Collective."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    along = np.tile(np.eye(dim), len(held) // dim)
+    return np.asarray(
+        problem.comm.allreduce(sums_by_body(problem, held * along)) == 0.0
+    ).T
+
+
+def has_no_springs(problem: CoupledProblem) -> Mask:
+    """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
+    # Hoops may resist a growth of the radius
+    axes = slice(int(problem.contact.system.axisymmetric), None)
+    return ~on_springs(problem)[axes].any(axis=0)
+
+
+def on_springs(problem: CoupledProblem) -> Mask:
+    """Whether masses, springs or hoops resist a body's translation along each axis, (d,
+    bodies). Collective."""
+    groups, contact = problem.convergence.groups, problem.contact
+    parts = contact.system.stiffness_diagonal, *contact.system.volume.translation
+    sums = groups.sum(*(groups.on_rows(part**2) for part in parts))
+    sizes = np.sqrt(sums[:, : groups.bodies])
+    return np.asarray(sizes[1:] > _NO_SPRING * sizes[0])
+
+
+def touched(contact: Interaction, count: int) -> Mask:
+    """Whether each body has a point in contact, or one that adhesion holds. Collective."""
+    found = np.zeros(count + 1, dtype=bool)  # the last one: tools
+    seen = [(zone, zone.points()) for zone in contact.zones]
+    bonds = [one.bond for one in contact.contacts if one.bond is not None]
+    for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
+        found[bodies_at(contact, zone, points, points["status"] >= CLOSED)] = True
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
+    return found[:count]
+
+
+def bodies_at(
+    contact: Interaction, zone: ZoneData, points: dict[str, Array], at: Mask | Indices
+) -> Indices:
+    """Bodies of the slave and of the master at some points of a zone, all of which face
+    one, (2, n). The number of a tool is the number of bodies."""
+    bodies = contact.system.bodies
+    slave = bodies_of_facets(bodies, zone.facets.slave_surface)[points["slave"][at]]
+    if zone.facets.bodies:
+        return np.array([slave, np.full(len(slave), bodies.count)])
+    return np.array([slave, zone.cpp.master_bodies()[points["master"][at]]])
