@@ -91,6 +91,29 @@ def test_the_balance_is_that_of_the_closed_form(cell, prescribed, begin, end):
     assert np.array_equal(u, found.u.x.array)
 
 
+@pytest.mark.mpi
+def test_the_balance_leaves_what_slaves_have_faced():
+    """A step that carries bodies far is judged by the masters that it has met there."""
+    found, (begin, end) = on_bed("triangle"), (0.4, 0.5)
+    sizes = StepSizes(1, 0, 1, 5)
+    path = PrescribedPath(
+        found.solver, lambda t, _: found.apply(pressure(t)), (begin, end), sizes
+    )
+    path.begin()
+    put(found, begin)
+    found.problem.contact.advance()
+    state = found.problem.contact.state()
+    put(found, end)
+    zones = found.problem.contact.zones
+    faced = [replace(zone.opposite, gap=zone.opposite.gap - 1.0) for zone in zones]
+    for zone, one in zip(zones, faced):
+        zone.opposite = one
+    balance_of_step(found.problem, path, state)
+    for zone, one in zip(zones, faced):
+        assert np.array_equal(zone.opposite.gap, one.gap)
+    assert found.problem.comm.allreduce(sum(len(one.gap) for one in faced)) > 0
+
+
 def jumping(monkeypatch, first, last, depth):
     """A path of loads whose last step is solved by nothing but a jump to a depth."""
     found = on_bed("triangle")
