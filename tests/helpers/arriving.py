@@ -56,22 +56,35 @@ def loose_stack(
     loaded="012",
     held=("bottom",),
     heights=(1.0, 1.0, 1.0),
+    apart=None,
+    guided=(),
+    more=None,
 ):
     """Two blocks above a third one, under the weights of those that are loaded, held by
-    nothing but contact."""
-    divisions, gaps = (3 * fine, 4 * fine, 2 * fine), (0.0, gap, gap)
+    nothing but contact.
+
+    `gap` is between all blocks, but for the upper two if they are `apart` by something
+    else. Sides that are `guided` move along y alone. `more` adds to the form, given u, its
+    test function and a function of cells by body.
+    """
+    divisions = (3 * fine, 4 * fine, 2 * fine)
+    gaps = (0.0, gap, gap if apart is None else apart)
     scene = stack("quadrilateral", divisions, heights, gaps)
     V = compat.vector_space(scene.mesh, degree)
     u, factor = fem.Function(V), fem.Constant(scene.mesh, PETSc.ScalarType(0.0))
     form, _, _ = residual(scene, u, "neo-hookean", 100.0)
     weights = cellwise(scene, {b: float(b in loaded) for b in scene.bodies})
-    form += factor * weights * ufl.TestFunction(V)[1] * ufl.dx
+    v = ufl.TestFunction(V)
+    form += factor * weights * v[1] * ufl.dx
+    if more is not None:
+        form += more(u, v, lambda values: cellwise(scene, values)) * ufl.dx
     tags = scene.tags
     pairs = [(tags[f"bottom_{i + 1}"], tags[f"top_{i}"]) for i in (0, 1)]
     contact = raymortar.Contact(
         u, scene.facet_tags, pairs, friction=raymortar.Coulomb(0.3)
     )
     bcs = [fix(V, scene, side) for side in held]
+    bcs += [fix(V, scene, side, 0) for side in guided]
     problem = raymortar.NonlinearProblem(form, contact, bcs)
 
     def apply(t):

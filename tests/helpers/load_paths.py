@@ -97,6 +97,7 @@ def resting(
     lean=0.0,
     aside=0.0,
     sinks=0.0,
+    method=None,
     **options,
 ):
     """LoadSteps of two steps over a block under its weight, which nothing but contact
@@ -121,7 +122,8 @@ def resting(
     v = ufl.TestFunction(V)
     form += factor * density * (v[dim - 1] - aside * v[0]) * ufl.dx
     pairs = [(scene.tags["slave"], scene.tags["master"])]
-    contact = Contact(u, scene.facet_tags, pairs, friction=friction)
+    given = {} if method is None else {"method": method}
+    contact = Contact(u, scene.facet_tags, pairs, friction=friction, **given)
     bottom = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
     problem = NonlinearProblem(form, contact, [fix(V, scene, "bottom", None, bottom)])
 

@@ -10,7 +10,7 @@ from ..core.compat import Array, Indices, Mask
 from ..core.convergence.balance import EPS
 from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
-from ..core.interface.point_results import CLOSED
+from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from .rigid_motions import sums_by_body
@@ -36,6 +36,15 @@ def unheld_axes(problem: CoupledProblem, held: Mask) -> Mask:
     ).T
 
 
+def spring_stiffness(problem: CoupledProblem) -> Array:
+    """Sum up the forces by which springs, masses and hoops resist a unit translation of
+    each body along each axis, by their amounts, (d, bodies). Force per length.
+    Collective."""
+    groups, volume = problem.convergence.groups, problem.contact.system.volume
+    sums = groups.sum(*(groups.on_rows(np.abs(part)) for part in volume.translation))
+    return np.asarray(sums[:, : groups.bodies])
+
+
 def has_no_springs(problem: CoupledProblem) -> Mask:
     """Whether a body is on no springs, and has no masses, (bodies,). Collective."""
     # Hoops may resist a growth of the radius
@@ -55,13 +64,24 @@ def on_springs(problem: CoupledProblem) -> Mask:
 
 def touched(contact: Interaction, count: int) -> Mask:
     """Whether each body has a point in contact, or one that adhesion holds. Collective."""
-    found = np.zeros(count + 1, dtype=bool)  # the last one: tools
+    return np.asarray(touching(contact, count).any(axis=1)[:count])
+
+
+def touching(contact: Interaction, count: int, inside: bool = False) -> Mask:
+    """Whether two bodies, the last of them tools, have a point in contact, or one that
+    adhesion holds; or one that is `inside` the other: a law at nodes closes in the mean
+    only, where a corner may be inside. (bodies + 1, bodies + 1). Collective."""
+    found = np.zeros((count + 1, count + 1), dtype=bool)
     seen = [(zone, zone.points()) for zone in contact.zones]
     bonds = [one.bond for one in contact.contacts if one.bond is not None]
     for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
-        found[bodies_at(contact, zone, points, points["status"] >= CLOSED)] = True
+        at = points["status"] >= CLOSED
+        if inside:
+            at |= (points["status"] >= OPEN) & (points["gap"] < 0.0)
+        slave, master = bodies_at(contact, zone, points, at)
+        found[slave, master] = found[master, slave] = True
     contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
-    return found[:count]
+    return found
 
 
 def bodies_at(

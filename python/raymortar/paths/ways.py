@@ -111,9 +111,12 @@ class FadingForces(Strategy):
         return self.forces is not None and self.forces.is_of_use()
 
     def solve(self, first: bool) -> int | None:
-        if self.forces is None:
+        forces = self.forces
+        if forces is None:
             return None
-        return self.forces.solve(self._each if first else None)
+        if first and not (forces.has_loose or forces.is_asked_for):
+            return forces.land()
+        return forces.solve(self._each if first else None)
 
     def _each(self) -> int:
         """Solve once, if need be by a small gamma."""

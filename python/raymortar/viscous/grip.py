@@ -61,8 +61,8 @@ def _touching(contact: Interaction, at: Indices) -> Iterator[Array]:
     """Yield what differs among the points of each zone on this rank that are closed: rows
     of the slave and the master in the load, coefficient and normal, (n, 3 + d)."""
     for one in contact.contacts:
-        mu = _coefficient(one.friction)
-        for zone in one.zones:
+        mu = coefficient(one.friction)
+        for zone in one.zones if one.tied is None else ():
             points = zone.points()
             inside = (points["status"] >= OPEN) & (points["gap"] < 0.0)
             closed = inside | (points["status"] >= CLOSED)
@@ -72,7 +72,8 @@ def _touching(contact: Interaction, at: Indices) -> Iterator[Array]:
             yield np.unique(np.concatenate(columns, axis=1), axis=0)
 
 
-def _coefficient(friction: Any) -> float:
+def coefficient(friction: Any) -> float:
+    """Bound of a law of friction over the pressure; large where it is no such number."""
     if friction is None:
         return 0.0
     is_number = isinstance(friction, Coulomb) and friction.field is None

@@ -12,15 +12,19 @@ import numpy as np
 from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import bodies_at, free_axes, touched
-from ..diagnose.rigid_motions import sums_by_body
+from ..diagnose.holding import bodies_at, touching
 from .rigid_moves import (
     DEEPEST,
     MOVES,
     NOISE,
     accept_place,
+    axes_to_move,
+    depend_on_place,
+    forces_on,
+    in_flight,
     longest_move,
-    moves_others,
+    may_move,
+    resultants,
     thinnest,
 )
 
@@ -61,21 +65,29 @@ class Landing:
         self._limit = limit
         # Bodies that have not landed. Bodies that move as one have the same number
         self._free, self._group = loose, np.arange(len(loose))
+        # Whether each body may move along each axis
+        self._axes = np.ones((len(loose), 1), dtype=bool)
 
     def land(self) -> float | None:
         """Move all bodies that fall; return the work of their loads, None if no body
-        falls, if one meets nothing, or if this step moves supports or tools."""
-        contact = self._contact
+        falls, if one meets nothing or its load depends on the place, or if none `may_move`.
+        """
+        contact, problem = self._contact, self._problem
         contact.update()
-        self._free = self._free & ~touched(contact, len(self._free))
-        if not self._free.any() or moves_others(self._problem):
+        pairs = touching(contact, len(self._free))
+        if not in_flight(pairs, self._free)[0].any() or not may_move(problem):
             return None
         begin, work, range_of_moves = contact.state(), 0.0, self._range_of_moves()
-        load, noise = self._resultants()
+        every, amounts = resultants(problem, forces_on(problem))
+        self._axes = axes_to_move(problem, every, self._limit).T
+        load, noise = np.where(self._axes, every, 0.0), NOISE * amounts
+        may_fall = self._free & self._axes.any(axis=1)
+        self._free, self._group = in_flight(pairs, may_fall)
+        falling = self._free.copy()
         for move in range(MOVES):
             ways, size = self._ways(load, noise)
             if not ways.any():
-                if not move:
+                if not move or depend_on_place(problem, every, falling):
                     break
                 accept_place(contact)
                 return work
@@ -85,21 +97,12 @@ class Landing:
         contact.restore(begin)
         return None
 
-    def _resultants(self) -> tuple[Array, Array]:
-        """Find the resultant of each body's form, along axes on which nothing holds it,
-        (bodies, d), and the size that is noise, (bodies,). Force."""
-        problem, contact = self._problem, self._contact
-        dim = contact.u.function_space.dofmap.index_map_bs
-        forces = -problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
-        along = np.tile(np.eye(dim), len(forces) // dim)
-        sums = sums_by_body(problem, np.array([*(forces * along), np.abs(forces)]))
-        *load, every = problem.comm.allreduce(sums)
-        return np.where(free_axes(problem), load, 0.0).T, NOISE * every
-
     def _ways(self, load: Array, noise: Array) -> tuple[Array, Array]:
         """Find the direction in which each body falls, (bodies, d), 0 where it does not,
         and the resultant of its group, (bodies,)."""
-        force, least = self._together @ load, self._together @ noise
+        together = self._together
+        along = ~(together @ ~self._axes)  # all of a group may move
+        force, least = along * (together @ load), together @ noise
         size = np.linalg.norm(force, axis=1)
         falls = self._free & (size > least)
         return force * (falls / np.where(falls, size, 1.0))[:, None], size

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.compat import Array, Indices
 from ..core.problem import CoupledProblem
-from ..diagnose.rigid_motions import rigid_motions, sums_by_body
+from ..diagnose.rigid_motions import rigid_motions
 
 
 class Placement(NamedTuple):
@@ -19,7 +19,8 @@ class Placement(NamedTuple):
     u, x
         Displacements and places of this rank's nodes. Length, (nodes, d).
     centre
-        Mean place of each body's nodes. Length, (bodies, d).
+        Mean place of each body's nodes, weighted by the sizes of the forces on them.
+        Length, (bodies, d).
     radius
         Root mean square of their distances from it. Length, (bodies,).
     """
@@ -36,20 +37,40 @@ class Placement(NamedTuple):
         return _rigid_motions(place)
 
 
-def placement_of(problem: CoupledProblem) -> Placement:
-    """Find where bodies are. Collective."""
+def placement_of(problem: CoupledProblem, forces: Array | None = None) -> Placement:
+    """Find where bodies are, given the forces on their owned dofs of u: a weight has no
+    moment about the centre, whatever the mesh. Without forces, or where they vanish, all
+    nodes weigh the same. Collective."""
     contact = problem.contact
     V = contact.u.function_space
     dim, owned = V.dofmap.index_map_bs, V.dofmap.index_map.size_local
     u = contact.u.x.array.reshape(-1, dim).copy()
     x = V.tabulate_dof_coordinates()[:, :dim] + u
-    ones = np.tile(np.eye(dim), owned)
-    sums = sums_by_body(problem, np.array([ones[0], *(ones * x[:owned].ravel())]))
-    nodes, *places = problem.comm.allreduce(sums)
-    centre = np.array(places).T / nodes[:, None]
-    apart = (x - centre[contact.system.bodies.dofs])[:owned].ravel()
-    squares = problem.comm.allreduce(sums_by_body(problem, apart[None] ** 2)[0])
-    return Placement(u, x, centre, np.sqrt(squares / nodes))
+    of, mine = contact.system.bodies.dofs, x[:owned]
+    nodes, middle = _means(problem, mine, np.ones(owned))
+    centre = middle
+    if forces is not None:
+        size = np.linalg.norm(forces.reshape(-1, dim), axis=1)
+        weight, centre = _means(problem, mine, size)
+        centre = np.where(weight[:, None] > 0.0, centre, middle)
+    squares = (mine - centre[of[:owned]]) ** 2
+    mean = _sums(problem, squares.sum(axis=1)[None])[0] / nodes
+    return Placement(u, x, centre, np.sqrt(mean))
+
+
+def _means(problem: CoupledProblem, x: Array, weight: Array) -> tuple[Array, Array]:
+    """Sum up the weights of owned nodes by body, (bodies,), and find their mean places,
+    (bodies, d). Collective."""
+    total, *places = _sums(problem, np.vstack([weight, weight * x.T]))
+    return total, np.array(places).T / np.where(total > 0.0, total, 1.0)[:, None]
+
+
+def _sums(problem: CoupledProblem, values: Array) -> Array:
+    """Sum values at owned nodes by body, (values, bodies). Collective."""
+    bodies = problem.contact.system.bodies
+    of = bodies.dofs[: values.shape[1]]
+    sums = [np.bincount(of, each, bodies.count) for each in values]
+    return np.asarray(problem.comm.allreduce(np.array(sums)))
 
 
 def _rigid_motions(x: Array) -> Array:

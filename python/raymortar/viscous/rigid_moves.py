@@ -5,12 +5,15 @@ from __future__ import annotations
 from mpi4py import MPI
 
 import numpy as np
+from scipy.sparse.csgraph import connected_components
 
-from ..core.compat import Mask
+from ..core.compat import Array, Indices, Mask
 from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
+from ..diagnose.holding import on_springs, spring_stiffness, unheld_axes
+from ..diagnose.rigid_motions import sums_by_body
 
 # Largest number of moves
 MOVES = 200
@@ -18,6 +21,10 @@ MOVES = 200
 DEEPEST = 0.2
 # Share of all forces of a body that is noise
 NOISE = 1e-3
+# Share of a body's load that springs bear over a facet, up to which they do not hold it
+WEAK = 1e-2
+# Change of a load, over the load, from which it depends on the place
+CHANGES = 0.3
 # Distances of a zone within which its contact is found
 _SIGHT = "reach", "depth"
 
@@ -47,12 +54,58 @@ def accept_place(contact: Interaction) -> None:
     contact.restore(state)
 
 
-def moves_others(problem: CoupledProblem) -> bool:
-    """Whether this step moves supports or tools: bodies rest where these end. Collective."""
+def may_move(problem: CoupledProblem) -> bool:
+    """Whether bodies may move as rigid ones: no constraints link their nodes, and this
+    step moves neither supports nor tools, as bodies rest where these end. Collective.
+    """
     contact = problem.contact
-    lacking = contact.unknowns.lacking(problem.bcs).owned.any()
-    moves = any(zone.motions.have_moved() for zone in contact.zones)
-    return bool(problem.comm.allreduce(int(lacking or moves)))
+    lacking = contact.unknowns.lacking(problem.bcs).of_u.any()
+    moves = bool(lacking) or any(zone.motions.have_moved() for zone in contact.zones)
+    return problem.constraints is None and not problem.comm.allreduce(moves, op=MPI.LOR)
+
+
+def forces_on(problem: CoupledProblem) -> Array:
+    """Assemble the forces of the forms on the owned dofs of u. Force. Collective."""
+    forces = -problem.volume.forces(problem.bcs)
+    return np.asarray(forces[problem.contact.unknowns.u_owned])
+
+
+def resultants(problem: CoupledProblem, forces: Array) -> tuple[Array, Array]:
+    """Sum up forces at the owned dofs of u by body: vectors (bodies, d), and amounts,
+    (bodies,). Force. Collective."""
+    dim = problem.contact.u.function_space.dofmap.index_map_bs
+    along = np.tile(np.eye(dim), len(forces) // dim)
+    sums = sums_by_body(problem, np.array([*(forces * along), np.abs(forces)]))
+    *load, every = problem.comm.allreduce(sums)
+    return np.array(load).T, every
+
+
+def depend_on_place(problem: CoupledProblem, before: Array, moved: Mask) -> bool:
+    """Whether the resultants of bodies that have moved are others than before,
+    (bodies, d). Collective."""
+    load, amounts = resultants(problem, forces_on(problem))
+    change = np.linalg.norm(load - before, axis=1)
+    most = CHANGES * np.linalg.norm(before, axis=1) + NOISE * amounts
+    return bool((moved & (change > most)).any())
+
+
+def axes_to_move(problem: CoupledProblem, load: Array, limit: float) -> Mask:
+    """Whether each body may move along each axis: no condition holds it, nor do springs
+    that bear a share of its load, (bodies, d), over a limit, (d, bodies). Collective.
+    """
+    axes, springs = unheld_axes(problem, problem.constrained).T, on_springs(problem)
+    if not (axes & springs).any():
+        return np.asarray(axes & ~springs)
+    borne = limit * spring_stiffness(problem)
+    return np.asarray(axes & (borne <= WEAK * np.linalg.norm(load, axis=1)))
+
+
+def in_flight(pairs: Mask, loose: Mask) -> tuple[Mask, Indices]:
+    """Find loose bodies that touch nothing but each other, (bodies,), and a number that
+    those have in common which touch, (bodies,), given which bodies and tools do."""
+    _, group = connected_components(pairs, directed=False)
+    held = group[np.append(~loose, True)]
+    return loose & ~np.isin(group[:-1], held), group[:-1]
 
 
 def bodies_of(zone: ZoneData, contact: Interaction) -> Mask:

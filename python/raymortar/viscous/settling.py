@@ -12,18 +12,22 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import bodies_at, free_axes, touched
+from ..diagnose.holding import bodies_at, touching
 from ..diagnose.rigid_motions import sums_by_body
-from .grip import grips
+from .grip import coefficient, grips
 from .placement import Placement, placement_of, turned
 from .rigid_moves import (
     DEEPEST,
     MOVES,
     NOISE,
     accept_place,
+    axes_to_move,
     bodies_of,
+    depend_on_place,
+    forces_on,
     longest_move,
-    moves_others,
+    may_move,
+    resultants,
     thinnest,
 )
 
@@ -87,6 +91,12 @@ class Settling:
         self._limit, self._count, self._softness = limit, len(loose), 1.0
         self._contact.update()
         self._thin = thinnest(self._contact, limit)
+        # Zones, and whether bodies stick to each other there
+        self._zones = [
+            (zone, coefficient(one.friction) > 0.0)
+            for one in self._contact.contacts
+            for zone in one.zones
+        ]
         self._let_move(loose & ~self._is_kept())
 
     def _let_move(self, bodies: Mask) -> None:
@@ -98,30 +108,33 @@ class Settling:
 
     def settle(self) -> float | None:
         """Move bodies that touch others until they rest; return the work of their loads,
-        None if none moves, if one does not come to rest, or if this step moves supports or tools.
-        """
+        None if none moves, if one does not come to rest, if loads depend on the place, or
+        if none `may_move`."""
         contact = self._contact
         contact.update()
         # A body that touches nothing has not landed, and stays
-        self._let_move(
-            touched(contact, self._count) & (self._at[:-1] < len(self._moving))
-        )
-        if not 0 < len(self._moving) <= MOST_BODIES or moves_others(self._problem):
+        meets = touching(contact, self._count, inside=True).any(axis=1)[:-1]
+        self._let_move(meets & self._moves())
+        if not 0 < len(self._moving) <= MOST_BODIES or not may_move(self._problem):
             return None
-        begin = contact.state()
-        forces = -self._problem.volume.forces(self._problem.bcs)
-        forces = forces[contact.unknowns.u_owned]
+        begin, forces = contact.state(), forces_on(self._problem)
+        before, _ = resultants(self._problem, forces)
         work = self._settle(forces) if self._is_gripped(forces) else None
-        if work is None:
+        if work is None or depend_on_place(self._problem, before, self._moves()):
             contact.restore(begin)
+            return None
         return work
+
+    def _moves(self) -> Mask:
+        """Whether each body moves, (bodies,)."""
+        return np.asarray(self._at[:-1] < len(self._moving))
 
     def _is_gripped(self, forces: Array) -> bool:
         """Whether friction may hold all bodies that move: what sticks here would turn
         over what slides."""
-        if not any(zone.frictional for zone in self._contact.zones):
+        if not any(sticks for _, sticks in self._zones):
             return True
-        load = self._load(placement_of(self._problem), forces)
+        load = self._load(placement_of(self._problem, forces), forces)
         dim = self._contact.u.function_space.dofmap.index_map_bs
         return grips(self._contact, self._at, load[:, :dim])
 
@@ -157,7 +170,7 @@ class Settling:
         contact, dim = self._contact, self._contact.u.function_space.dofmap.index_map_bs
         gamma = max(zone.points()["gamma"].max(initial=0.0) for zone in contact.zones)
         gamma = self._problem.comm.allreduce(gamma, op=MPI.MAX)
-        load = self._load(placement_of(self._problem), forces)[:, :dim]
+        load = self._load(placement_of(self._problem, forces), forces)[:, :dim]
         largest = np.linalg.norm(load, axis=1).max()
         share = largest / (SOFT * gamma * self._limit**dim)
         self._softness = share if share < STIFF else 1.0
@@ -168,7 +181,7 @@ class Settling:
         contact, work, close = self._contact, 0.0, 0
         longest = LONGEST * min(self._thin, longest_move(contact, self._limit))
         for _ in range(MOVES):
-            placement = placement_of(self._problem)
+            placement = placement_of(self._problem, forces)
             step = self._step(placement, self._load(placement, forces))
             far = self._farthest(placement, step)
             if not 0.0 < far < np.inf or close == CLOSE:
@@ -208,8 +221,8 @@ class Settling:
         """Find the energy that contact stores as springs, and the largest penetration of
         bodies that move. Length."""
         energy = deepest = 0.0
-        for zone in self._contact.zones:
-            points = self._pressed(zone)
+        for zone, sticks in self._zones:
+            points = self._pressed(zone, sticks)
             each = np.einsum("nd,nde,ne->n", points.way, points.stiffness, points.way)
             energy += 0.5 * float(each.sum())
             deepest = points.depth.max(initial=deepest)
@@ -232,12 +245,9 @@ class Settling:
                 size = np.abs(points["traction"][hit]).sum(axis=1)
                 for bodies in bodies_at(contact, zone, points, hit):
                     np.add.at(carried, bodies, points["weight"][hit] * size)
-        forces = problem.volume.forces(problem.bcs)[contact.unknowns.u_owned]
-        every = sums_by_body(problem, np.abs(forces)[None])[0]
-        kept, carried, every = problem.comm.allreduce(
-            np.array([kept, carried[:-1], every])
-        )
-        held = ~free_axes(problem).all(axis=0)
+        kept, carried = problem.comm.allreduce(np.array([kept, carried[:-1]]))
+        load, every = resultants(problem, forces_on(problem))
+        held = ~axes_to_move(problem, load, self._limit).all(axis=0)
         return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
 
     def _load(self, placement: Placement, forces: Array) -> Array:
@@ -264,8 +274,8 @@ class Settling:
         (moving, motions), and their stiffness (moving, motions, moving, motions)."""
         n, motions = len(self._moving) + 1, 3 * (placement.x.shape[1] - 1)
         force, stiffness = np.zeros((n, motions)), np.zeros((n, n, motions, motions))
-        for zone in self._contact.zones:
-            points = self._pressed(zone)
+        for zone, sticks in self._zones:
+            points = self._pressed(zone, sticks)
             at = self._at[points.bodies]
             # A tool has no motions
             slave, master = np.minimum(points.bodies, self._count - 1)
@@ -284,7 +294,7 @@ class Settling:
         comm.Allreduce(MPI.IN_PLACE, stiffness, op=MPI.SUM)
         return force[:-1], stiffness[:-1, :-1].transpose(0, 2, 1, 3)
 
-    def _pressed(self, zone: ZoneData) -> _Pressed:
+    def _pressed(self, zone: ZoneData, sticks: bool) -> _Pressed:
         """Find what penetration and friction do to bodies at the points of a zone on this
         rank."""
         points = zone.points()
@@ -301,7 +311,7 @@ class Settling:
         )
         normal = np.einsum("nd,ne->nde", n, n)
         way, along = -depth[:, None] * n, normal
-        if zone.frictional:
+        if sticks:
             along = np.broadcast_to(np.eye(n.shape[1]), normal.shape)
             slip = points["slip"][closed]
             way = way + slip - np.einsum("nde,ne->nd", normal, slip)

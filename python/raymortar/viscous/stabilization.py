@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+
+from ..core.compat import Mask
 from ..core.errors import ConvergenceError, SetUpError
+from ..core.interface.zone_data import mean_facet_size
 from ..diagnose.failure import FAILURES
-from ..diagnose.holding import has_no_springs, touched
+from ..diagnose.holding import free_axes, has_no_springs, touching
 from .budget import Budget
-from .held_motions import SETTLED, HeldMotions
+from .grip import coefficient
+from .held_motions import FARTHEST, SETTLED, HeldMotions
 from .landing import Landing
+from .rigid_moves import NOISE, axes_to_move, forces_on, in_flight, resultants
 from .settling import Settling
 
 # First size of the forces, as a share of the diagonal of the stiffness
@@ -68,14 +75,47 @@ class Stabilization(HeldMotions):
         return not self.is_lost and (hits or not self.has_loose)
 
     def is_needed(self) -> bool:
-        """Whether a body is held by nothing at the accepted step. Collective."""
-        if not self.has_loose or self.is_lost:
+        """Whether a body is held by nothing at the accepted step, or falls along axes on
+        which nothing holds it. Collective."""
+        if self.is_lost or not (self.has_loose or self._guided.any()):
             return False
         self._contact.update()
-        is_free = self._loose & ~touched(self._contact, len(self._loose))
-        if not self.is_asked_for and is_free.any():
-            is_free &= has_no_springs(self._problem)
-        return bool(is_free.any()) and (self.is_asked_for or self.is_of_use())
+        pairs = touching(self._contact, len(self._loose))
+        is_free, _ = in_flight(pairs, self._loose | self._guided)
+        is_loose = is_free & self._loose
+        if is_loose.any() and not self.is_asked_for:
+            is_loose &= self._is_unsprung()
+        if is_loose.any():
+            return self.is_asked_for or self.is_of_use()
+        in_reach = bool(self._contact.statistics.hits)
+        return in_reach and bool((is_free & self._guided & self._is_driven_on()).any())
+
+    @cached_property
+    def _guided(self) -> Mask:
+        """Whether conditions hold each body, but along no axis springs or they do."""
+        return free_axes(self._problem).any(axis=0) & ~self._loose
+
+    @cached_property
+    def _facet(self) -> float:
+        """Largest move of a body that falls. Length."""
+        return FARTHEST * mean_facet_size(self._contact.zones)
+
+    def _is_unsprung(self) -> Mask:
+        """Whether each body is on no springs, or on such that its load stretches far."""
+        problem, found = self._problem, has_no_springs(self._problem)
+        if not found.all():
+            load, _ = resultants(problem, forces_on(problem))
+            axes = axes_to_move(problem, load, self._facet)
+            # Hoops may resist a growth of the radius
+            found |= axes[int(problem.contact.system.axisymmetric) :].all(axis=0)
+        return found
+
+    def _is_driven_on(self) -> Mask:
+        """Whether a load drives each body along an axis on which nothing holds it."""
+        load, amounts = resultants(self._problem, forces_on(self._problem))
+        axes = axes_to_move(self._problem, load, self._facet).T
+        size = np.linalg.norm(np.where(axes, load, 0.0), axis=1)
+        return np.asarray(size > NOISE * amounts)
 
     def pass_by(self) -> int | None:
         """Solve a step without the forces; return None if that fails or moves a loose
@@ -134,6 +174,14 @@ class Stabilization(HeldMotions):
             f"{share:.3g} of all forces of a body that nothing holds"
         )
 
+    def land(self) -> int | None:
+        """Solve a step from where bodies land that conditions guide; return None if none
+        falls, or that fails. Collective."""
+        self.begin()
+        work, last = self._fall()
+        self.work += work if last is not None else 0.0
+        return last
+
     def _fall(self) -> tuple[float, int | None]:
         """Move loose bodies as rigid ones to where they rest, or else to where they land,
         and solve from there; return the work of their loads and the iterations, None if
@@ -141,12 +189,13 @@ class Stabilization(HeldMotions):
 
         Nothing keeps bodies without friction where they rest: they may come back.
         """
-        if not self.has_loose:
+        bodies = self._loose | self._guided
+        if not bodies.any():
             return 0.0, None
-        given = self._problem, self._loose, self._limit
-        settling = Settling(*given)
-        landed, place = Landing(*given).land(), self._contact.state()
-        settled, last = settling.settle(), None
+        problem, facet = self._problem, self._facet
+        settling = Settling(problem, self._loose, facet) if self.has_loose else None
+        landed, place = Landing(problem, bodies, facet).land(), self._contact.state()
+        settled, last = settling.settle() if settling else None, None
         if settled is not None:
             last = self._landed()
             if last is not None or self._has_friction():
@@ -157,7 +206,7 @@ class Stabilization(HeldMotions):
         return landed or 0.0, last
 
     def _has_friction(self) -> bool:
-        return any(one.friction is not None for one in self._contact.contacts)
+        return any(coefficient(one.friction) > 0.0 for one in self._contact.contacts)
 
     def _landed(self) -> int | None:
         """Solve without the forces where bodies have landed; return the iterations, None
@@ -165,7 +214,7 @@ class Stabilization(HeldMotions):
         last, self.share = self._without(), 0.0
         if last is None and self._free is not None:
             last = self._hold(self._limit, may_let_go=True)
-        self.has_caught |= last is not None
+        self.has_caught |= last is not None and self.has_loose
         return last
 
     def _under(self, scale: float, solve: Callable[[], int]) -> tuple[int, float]:

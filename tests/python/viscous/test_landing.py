@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import ufl
 from arriving import loose_stack
 from load_paths import body_above, nodal, resting
 from pathing import take
@@ -107,6 +108,73 @@ def test_a_fall_ends_at_a_thin_body():
     loose = np.arange(3) == body_above(path.problem.contact, 1)
     assert Landing(path.problem, loose, 0.65).land() is not None
     assert mean_lifts(path) == pytest.approx(-0.67 * loose, abs=0.01)
+
+
+def landing(path, *loose):
+    """Landing of bodies of a stack from whose facets the slaves of zones are."""
+    path.apply(1.0)
+    bodies = [body_above(path.problem.contact, i) for i in loose]
+    return Landing(path.problem, np.isin(np.arange(3), bodies), LIMIT)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [0.1, 3.0])
+def test_bodies_that_touch_fall_as_one(gap):
+    """No load presses the upper one on the one that falls with it."""
+    path = loose_stack(gap=gap, apart=0.0, steps=2)
+    assert landing(path, 0, 1).land() is not None
+    lifts = np.sort(mean_lifts(path))
+    assert lifts == pytest.approx([-gap, -gap, 0.0], abs=0.02)
+    assert lifts[0] == pytest.approx(lifts[1], abs=1e-12)
+
+
+@pytest.mark.mpi
+def test_a_body_on_springs_bears_what_falls():
+    def springs(u, v, by_body):
+        return by_body({"0": 1e3, "1": 0.0, "2": 0.0}) * ufl.inner(u, v)
+
+    path = loose_stack(gap=0.1, steps=2, held=("top_2",), loaded="1", more=springs)
+    found = take(path)
+    assert found.arrived and found.tangents <= 6
+    assert mean_lifts(path).min() < -0.1 and abs(path.result()[0, 1]) > 0.9
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("stiffness", [1e-6, 1e-3])
+def test_springs_that_a_load_stretches_far_hold_no_body(stiffness):
+    def springs(u, v, by_body):
+        return by_body({"0": 0.0, "1": stiffness, "2": stiffness}) * ufl.inner(u, v)
+
+    found = take(loose_stack(gap=0.1, steps=2, more=springs))
+    assert found.arrived and found.tangents <= 6
+
+
+@pytest.mark.mpi
+def test_a_body_whose_load_depends_on_its_place_does_not_land():
+    """A cable that is taut before the floor: it hangs."""
+
+    def cable(u, v, by_body):
+        taut = ufl.conditional(ufl.lt(u[1], -0.05), u[1] + 0.05, 0.0)
+        return by_body({"0": 0.0, "1": 1e3, "2": 0.0}) * taut * v[1]
+
+    path = loose_stack(gap=0.1, loaded="1", more=cable)
+    assert landing(path, 0, 1).land() is None
+    assert worst(nodal(path.problem)) == 0.0
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [1e-6, 0.3])
+def test_bodies_that_conditions_guide_land(gap):
+    """Half of a stack, on its plane of symmetry."""
+    found = take(loose_stack(gap=gap, steps=2, guided=("left_1", "left_2")))
+    assert found.arrived and found.tangents <= 6
+
+
+@pytest.mark.mpi
+def test_bodies_that_constraints_link_stay(monkeypatch):
+    problem, fall, *_ = falling("triangle")
+    monkeypatch.setattr(problem, "constraints", object())
+    assert fall.land() is None
 
 
 @pytest.mark.mpi

@@ -6,14 +6,15 @@ from mpi4py import MPI
 
 import numpy as np
 import pytest
-from arriving import loose_stack
+from arriving import FALL, RADIUS, free_disc, loose_stack
 from load_paths import body_above, nodal, resting
 from problems import worst
 
-from raymortar import Coulomb
+from raymortar import AugmentedLagrangian, Coulomb
 from raymortar.core.discretization.ranks import ends_of
 from raymortar.viscous.landing import Landing
 from raymortar.viscous.placement import placement_of
+from raymortar.viscous.rigid_moves import forces_on
 from raymortar.viscous.settling import Settling
 
 GAP, LIMIT, ANGLE, WIDTH = 0.2, 0.1, 0.3, 0.6
@@ -81,9 +82,10 @@ def worst_of_block(block, aside):
 
 
 @pytest.mark.mpi
-def test_a_block_lies_down(cell):
+@pytest.mark.parametrize("friction", [None, Coulomb(0.0)])
+def test_a_block_lies_down(cell, friction):
     """Without friction its middle stays above the same point."""
-    block = tilted(cell)
+    block = tilted(cell, friction)
     works = block.fall()
     assert block.problem.tangents == 0
     assert worst(nodal(block.problem)[~block.is_block]) == 0.0
@@ -114,6 +116,28 @@ def test_a_block_that_lands_on_an_edge_takes_the_tangents_of_one_that_lies(
     assert problem.tangents <= 8 and not block.steps.halvings
     force = problem.contact.resultant(0).force[-1]
     assert abs(force - block.weight) <= 1e-9 * block.weight
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("load", [0.02, 20.0])
+def test_a_corner_inside_settles_where_a_law_at_nodes_has_not_closed(load):
+    law = AugmentedLagrangian(condition="nodes")
+    block = tilted("triangle", Coulomb(0.5), force=0.05 * load, method=law)
+    block.steps.run()
+    assert block.problem.tangents <= 8 and not block.steps.halvings
+    assert worst_of_block(block, 0.0) <= 0.3 * WIDTH
+
+
+@pytest.mark.mpi
+def test_a_weight_has_no_moment_about_the_centre():
+    """Nodes of the disc weigh alike, and do not show where its mass is."""
+    aside = 0.1
+    path = free_disc(aside=aside * RADIUS)
+    path.apply(1.0)
+    problem = path.problem
+    centre = placement_of(problem, forces_on(problem)).centre
+    assert worst(centre - (aside * RADIUS, RADIUS + FALL)) <= 0.01 * RADIUS
+    assert worst(placement_of(problem).centre[:, 0]) <= 0.5 * aside * RADIUS
 
 
 @pytest.mark.mpi
