@@ -58,21 +58,22 @@ LINEAR = {
 
 def clamp(V, scene, name, value):
     facets = scene.facet_tags.find(scene.tags[name])
-    dofs = fem.locate_dofs_topological(V, 2, facets)
+    dofs = fem.locate_dofs_topological(V, scene.facet_tags.dim, facets)
     return fem.dirichletbc(np.array(value), dofs, V)
 
 
 def make_problem(cell, degree, level, method, law, partition=strips, watch=None):
     """Two blocks in contact; `watch` is told the seconds that the mesh has taken."""
     n, start = level, time.perf_counter()
+    dim = 2 if cell in ("triangle", "quadrilateral") else 3
     scene = two_blocks(
         MPI.COMM_WORLD,
-        3,
+        dim,
         cell,
-        lower_divisions=(4 * n, 4 * n, 2 * n),
-        upper_divisions=(3 * n, 3 * n, 2 * n),
-        lower_size=(1.0, 1.0, 0.5),
-        upper_size=(0.8, 0.8, 0.5),
+        lower_divisions=(4 * n,) * (dim - 1) + (2 * n,),
+        upper_divisions=(3 * n,) * (dim - 1) + (2 * n,),
+        lower_size=(1.0,) * (dim - 1) + (0.5,),
+        upper_size=(0.8,) * (dim - 1) + (0.5,),
         partition=partition,
     )
     if watch is not None:
@@ -81,7 +82,7 @@ def make_problem(cell, degree, level, method, law, partition=strips, watch=None)
     V = compat.vector_space(scene.mesh, degree)
     u, v = fem.Function(V), ufl.TestFunction(V)
     mu, lmbda = E / (2 + 2 * NU), E * NU / ((1 + NU) * (1 - 2 * NU))
-    F = ufl.Identity(3) + ufl.grad(u)
+    F = ufl.Identity(dim) + ufl.grad(u)
     P = mu * (F - ufl.inv(F).T) + lmbda * ufl.ln(ufl.det(F)) * ufl.inv(F).T
     contact = raymortar.Contact(
         u,
@@ -90,8 +91,8 @@ def make_problem(cell, degree, level, method, law, partition=strips, watch=None)
         METHODS[method](),
         friction=friction,
     )
-    bcs = [clamp(V, scene, "bottom", (0.0, 0.0, 0.0))]
-    bcs.append(clamp(V, scene, "top", (slide, 0.0, -0.02)))
+    down = (slide,) + (0.0,) * (dim - 2) + (-0.02,)
+    bcs = [clamp(V, scene, "bottom", (0.0,) * dim), clamp(V, scene, "top", down)]
     form = ufl.inner(P, ufl.grad(v)) * ufl.dx(
         metadata={"quadrature_degree": 2 * degree}
     )

@@ -33,7 +33,8 @@ STEPS, RUNS = 4, 3
 
 
 def sheared(cell, degree, size, mu, linear):
-    """A block that is pressed on another one and drawn along, in load steps."""
+    """A block that is pressed on another one and drawn along, in load steps; `linear` may
+    give the options of a problem."""
     dim = 2 if cell == "triangle" else 3
     scene = two_blocks(
         COMM,
@@ -53,7 +54,9 @@ def sheared(cell, degree, size, mu, linear):
     problem = build(
         scene, degree, material="neo-hookean", bcs=conditions, **options
     ).problem
-    given = raymortar.solvers.direct() if linear == "direct" else None
+    given = linear(problem) if callable(linear) else None
+    if linear == "direct":
+        given = raymortar.solvers.direct()
     solver = raymortar.SNESSolver(problem, given)
 
     def apply(t):

@@ -1,4 +1,4 @@
-"""What holds bodies: prescribed displacements, springs and masses, and contact."""
+"""Conditions, springs, masses and contact that hold bodies."""
 
 from __future__ import annotations
 

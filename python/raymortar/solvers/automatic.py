@@ -25,10 +25,11 @@ log = logging.getLogger("raymortar")
 _ITS_OPTIONS = ("ksp_", "pc_", "mat_", "displacement_", "near_")
 INEXACT_OPTION = "snes_inexact"
 
-# Unknowns in 3D, by the degree of the displacement, up to which the direct solver is
-# the faster one or nearly so, on one rank (docs/measured/linear_solvers.md). In 2D it
-# is faster at all sizes that were measured.
+# Unknowns in 3D, by the degree of the displacement, and in 2D, up to which the direct
+# solver is the faster one or nearly so, on one rank and on two
+# (docs/measured/linear_choice.md)
 MOST_DIRECT = {1: 20_000, 2: 15_000}
+MOST_DIRECT_2D = 300_000
 
 # Unknowns in 3D from which linear bodies keep their factors, in place of the direct
 # solver's, and the share of its operations that they may take (measured:
@@ -178,8 +179,10 @@ def suited_to_size(problem: CoupledProblem, snes: bool) -> tuple[dict[str, Any],
     least, most = LAGGED[dim]
     options, name = direct(), "a direct one"
     most_direct = np.inf
-    if contact.unknowns.is_plain and dim == 3:
-        most_direct = MOST_DIRECT.get(compat.element_info(V).degree, MOST_DIRECT[2])
+    if contact.unknowns.is_plain and dim == V.mesh.geometry.dim:
+        degree = compat.element_info(V).degree
+        in_3d = MOST_DIRECT.get(degree, MOST_DIRECT[2])
+        most_direct = in_3d if dim == 3 else MOST_DIRECT_2D
     if unknowns > most_direct:
         options = {**(inexact() if snes else {}), **with_fallback()}
         name = "multigrid for the bodies"

@@ -1,4 +1,4 @@
-"""Where bodies are, about what they turn, and turns of any size."""
+"""Places of bodies, centres of their turns, and turns of any size."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..diagnose.rigid_motions import rigid_motions
 
 
 class Placement(NamedTuple):
-    """Where bodies are, and about what they turn.
+    """Places of bodies, and the centres of their turns.
 
     Attributes
     ----------

@@ -270,6 +270,22 @@ def test_what_the_user_says_of_the_solver_counts(given, monkeypatch):
     table.delValue("pc_type")
 
 
+@pytest.mark.mpi
+def test_large_plane_problems_get_the_iterative_solver(monkeypatch):
+    scene = stack("triangle", (8, 6), gaps=(0.0, -0.01))
+    problem = build(scene, bcs=lambda V, s: [fix(V, s, "bottom"), fix(V, s, "top_1")])
+    start = problem.contact.state()
+    one, _ = solved(problem, None)
+    assert one.krylov_solver.getType() == "preonly"
+    direct = unknowns(problem)
+    monkeypatch.setattr(automatic, "MOST_DIRECT_2D", 0)
+    problem.contact.restore(start)
+    one, _ = solved(problem, None)
+    assert one.krylov_solver.getType() == "python"
+    assert 2 < one.krylov_solver.getIterationNumber() < 20
+    assert worst(unknowns(problem) - direct) <= 1e-8 * worst(direct)
+
+
 def test_two_dimensions_and_further_unknowns_stay_direct(monkeypatch):
     monkeypatch.setattr(automatic, "MOST_DIRECT", {1: 0, 2: 0})
     flat = build(stack("triangle", (2, 2)), bcs=lambda V, s: [fix(V, s, "bottom")])
