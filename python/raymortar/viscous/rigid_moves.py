@@ -94,10 +94,10 @@ def axes_to_move(problem: CoupledProblem, load: Array, limit: float) -> Mask:
     that bear a share of its load, (bodies, d), over a limit, (d, bodies). Collective.
     """
     axes, springs = unheld_axes(problem, problem.constrained).T, on_springs(problem)
-    if not (axes & springs).any():
-        return np.asarray(axes & ~springs)
-    borne = limit * spring_stiffness(problem)
-    return np.asarray(axes & (borne <= WEAK * np.linalg.norm(load, axis=1)))
+    if (axes & springs).any():
+        borne = limit * spring_stiffness(problem)
+        springs &= borne > WEAK * np.linalg.norm(load, axis=1)
+    return np.asarray(axes & ~springs)
 
 
 def in_flight(pairs: Mask, loose: Mask) -> tuple[Mask, Indices]:

@@ -92,7 +92,7 @@ class Stabilization(HeldMotions):
 
     @cached_property
     def _guided(self) -> Mask:
-        """Whether conditions hold each body, but along no axis springs or they do."""
+        """Whether conditions hold each body, and it is free along an axis all the same."""
         return free_axes(self._problem).any(axis=0) & ~self._loose
 
     @cached_property
@@ -175,8 +175,8 @@ class Stabilization(HeldMotions):
         )
 
     def land(self) -> int | None:
-        """Solve a step from where bodies land that conditions guide; return None if none
-        falls, or that fails. Collective."""
+        """Solve a step from where bodies land; return None if none falls, or that fails.
+        Collective."""
         self.begin()
         work, last = self._fall()
         self.work += work if last is not None else 0.0
