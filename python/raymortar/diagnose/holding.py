@@ -7,14 +7,14 @@ from mpi4py import MPI
 import numpy as np
 
 from ..core.compat import Array, Indices, Mask
-from ..core.convergence.balance import EPS
+from ..core.convergence.balance import EPS, largest_by
 from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from .rigid_motions import sums_by_body
 
+AXES = "xyz"
 # Force of a unit translation that is rounding error, over the body's stiffness
 _NO_SPRING = 1e6 * EPS
 
@@ -94,3 +94,26 @@ def bodies_at(
     if zone.facets.bodies:
         return np.array([slave, np.full(len(slave), bodies.count)])
     return np.array([slave, zone.cpp.master_bodies()[points["master"][at]]])
+
+
+def sums_by_body(problem: CoupledProblem, values: Array) -> Array:
+    """Sum values at the owned dofs of u over this rank's part of each body, (values,
+    bodies)."""
+    contact, n = problem.contact, problem.convergence.groups.bodies
+    nodes = np.repeat(
+        contact.system.bodies.dofs, contact.u.function_space.dofmap.index_map_bs
+    )
+    sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
+    return np.array(sums, dtype=float)
+
+
+def largest_motions(contact: Interaction, u: Array) -> Array:
+    """Find the largest component of the motion from u to the present of each body.
+    Length. Collective."""
+    change = np.abs(contact.u.x.array - u)
+    by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
+    most = largest_by(
+        contact.system.bodies.dofs, by_node, contact.system.bodies.count
+    ).max(axis=1)
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
+    return most

@@ -14,6 +14,7 @@ from mpi4py import MPI
 import numpy as np
 
 from .. import _cpp
+from ..core import on_demand
 from ..core.compat import Array, Indices, Mask
 from ..core.discretization.ranks import index_among, of_all
 from ..core.errors import format_point
@@ -21,19 +22,23 @@ from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.interface.zone_data import OppositePoints, ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
-from .holding import has_no_springs, on_springs, touched, unheld_axes
-from .rigid_motions import (
+from .holding import (
     AXES,
-    grip_of,
+    has_no_springs,
     largest_motions,
-    places,
-    rigid_motions,
+    on_springs,
     sums_by_body,
+    touched,
+    unheld_axes,
 )
-from .tools import have_gone_through
 
 # Value of a point's ``ray`` where the master is too deep, see `Contact.points`
 TOO_DEEP = 6
+# Few solves need these modules
+_have_gone_through = on_demand.function(f"{__package__}.tools.have_gone_through")
+_rigid_motions = on_demand.function(f"{__package__}.rigid_motions.rigid_motions")
+_places = on_demand.function(f"{__package__}.rigid_motions.places")
+_grip_of = on_demand.function(f"{__package__}.rigid_motions.grip_of")
 # Stiffness of conditions that counts as none, over the largest against a rigid motion
 _NO_STIFFNESS = 1e-9
 # Part of a unit motion that counts as none
@@ -114,7 +119,7 @@ def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
             f"{count} facets of {zone.facets.spoken} are on the wrong side "
             f"of a rigid body ({names}), perhaps by normal, axis or hollow"
         )
-    if have_gone_through(zone, contact):
+    if _have_gone_through(zone, contact):
         return (
             f"a rigid body ({names}) has gone through {zone.facets.spoken}, "
             "or half: its facets are too coarse, or a unit is wrong"
@@ -160,8 +165,8 @@ def loose_bodies(problem: CoupledProblem, led: Array | None = None) -> list[str]
     The residual has been evaluated. A controlled displacement, given by the weights of
     the owned dofs of u, counts as prescribed.
     """
-    modes = rigid_motions(places(problem.contact))
-    grip = grip_of(problem, modes, problem.constrained)
+    modes = _rigid_motions(_places(problem.contact))
+    grip = _grip_of(problem, modes, problem.constrained)
     if problem.contact.system.axisymmetric:  # hoops hold all but the way along the axis
         grip += np.diag([1.0, 0.0, 1.0])[:, :, None]
     if led is not None:

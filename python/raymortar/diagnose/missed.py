@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations, product
+from itertools import combinations
 
 from mpi4py import MPI
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .._cpp import rotation_matrix
+from ..core import on_demand
 from ..core.compat import Array, Indices
 from ..core.convergence.balance import largest_by
 from ..core.discretization.facets import facet_nodes
@@ -22,12 +22,9 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData, positions, unit_normals
 from ..core.problem import CoupledProblem
 from ..core.target import Target
-from .tools import AROUND, cast
 
-# Directions in space: to faces, edges and corners of a cube
-_CUBE = np.array([n for n in product((-1.0, 0.0, 1.0), repeat=3) if any(n)])
-_TURNED = _CUBE @ rotation_matrix(np.array([0.3, 0.2, 0.1]))
-EVERYWHERE = _TURNED / np.linalg.norm(_TURNED, axis=1)[:, None]
+# Few problems have tools
+_distance_to = on_demand.function(f"{__package__}.tools.distance_to")
 # Distance, in sizes of the mesh, beyond which a tool at rest does not merely wait for a
 # later path
 FAR = 10.0
@@ -100,7 +97,7 @@ class MastersOnPath:
             x = self._contact.u.function_space.mesh.geometry.x
             size = np.linalg.norm(np.ptp(ends_of(x, self._comm), axis=0))
             moved = bool(np.any(body.motion() != start[k]))
-            if moved or _distance(body, box.mean(axis=0)) > FAR * size:
+            if moved or _distance_to(body, box.mean(axis=0)) > FAR * size:
                 warn(_text(zone, body, box, ON_PATH))
 
 
@@ -151,7 +148,7 @@ def _warn_of_far_tools(zone: ZoneData, far: float) -> None:
     box = _box(zone)
     for k, body in enumerate(zone.facets.bodies):
         known = body.is_free or k in zone.met
-        if not known and _distance(body, box.mean(axis=0)) > far:
+        if not known and _distance_to(body, box.mean(axis=0)) > far:
             zone.met.add(k)  # told once
             warn(_text(zone, body, box, SO_FAR))
 
@@ -279,15 +276,6 @@ def _text_of_facets(zone: ZoneData, found: Nearest, when: str) -> str:
         f"{found.distance:.2g} {side}, at {format_point(found.place)}. Is a tag that of "
         f"another face, or {other}?"
     )
-
-
-def _distance(body: Target, middle: Array) -> float:
-    """Estimate the distance of a body from a point: along some directions, or of its
-    centre where that is less. Length."""
-    R, shift = body.pose_of(body.motion())
-    ways = AROUND if body.shape.gdim == 2 else EVERYWHERE
-    along = np.abs(cast(body, np.tile((middle - shift) @ R, (len(ways), 1)), ways))
-    return float(min(along.min(), np.linalg.norm(middle - body.place)))
 
 
 def _text(zone: ZoneData, body: Target, box: Array, when: str) -> str:

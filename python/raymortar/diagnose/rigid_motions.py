@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-from mpi4py import MPI
-
 import numpy as np
 
 from ..core.compat import Array, Mask
-from ..core.convergence.balance import largest_by
 from ..core.discretization.ranks import ends_of
 from ..core.interaction import Interaction
 from ..core.problem import CoupledProblem
-
-AXES = "xyz"
-
-
-def sums_by_body(problem: CoupledProblem, values: Array) -> Array:
-    """Sum values at the owned dofs of u over this rank's part of each body, (values,
-    bodies)."""
-    contact, n = problem.contact, problem.convergence.groups.bodies
-    nodes = np.repeat(
-        contact.system.bodies.dofs, contact.u.function_space.dofmap.index_map_bs
-    )
-    sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
-    return np.array(sums, dtype=float)
+from .holding import AXES, sums_by_body
 
 
 def places(contact: Interaction, x: Array | None = None) -> Array:
@@ -78,15 +63,3 @@ def motion_in_words(problem: CoupledProblem, body: int, change: Array) -> str:
     along = ", ".join(AXES[i] for i in np.flatnonzero(straight >= least))
     words = [f"move along {along}"] * bool(along) + ["turn"] * bool(spin >= least)
     return " and ".join(words)
-
-
-def largest_motions(contact: Interaction, u: Array) -> Array:
-    """Find the largest component of the motion from u to the present of each body.
-    Length. Collective."""
-    change = np.abs(contact.u.x.array - u)
-    by_node = change.reshape(-1, contact.u.function_space.dofmap.index_map_bs)
-    most = largest_by(
-        contact.system.bodies.dofs, by_node, contact.system.bodies.count
-    ).max(axis=1)
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, most, op=MPI.MAX)
-    return most

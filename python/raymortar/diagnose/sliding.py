@@ -15,8 +15,7 @@ from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED
 from ..core.problem import CoupledProblem
 from .failure import part_of
-from .holding import free_axes
-from .rigid_motions import AXES
+from .holding import AXES, free_axes
 
 # Sum of the squared cosines between normals and a direction, of all closed points, below
 # which contact does not hold a body along it: normals that differ by half a degree

@@ -10,6 +10,7 @@ along its normal.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 from mpi4py import MPI
 
@@ -38,6 +39,10 @@ PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 # users draw them
 _ANGLES = 0.3 + np.arange(8) * np.pi / 4.0
 AROUND = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros(8)])
+# Directions in space: to faces, edges and corners of a cube
+_CUBE = np.array([n for n in product((-1.0, 0.0, 1.0), repeat=3) if any(n)])
+_TURNED = _CUBE @ rotation_matrix(np.array([0.3, 0.2, 0.1]))
+EVERYWHERE = _TURNED / np.linalg.norm(_TURNED, axis=1)[:, None]
 
 
 @dataclass(frozen=True)
@@ -200,3 +205,12 @@ def _depths(body: Target, x: Array, along: Array, whole: Mask, gdim: int) -> Arr
     inside = (found < 0.0).sum(axis=0) > ahead.sum(axis=0)
     nearest = np.where(whole, behind[: len(across)].min(axis=0), behind.min(axis=0))
     return np.where(inside, nearest, 0.0)
+
+
+def distance_to(body: Target, middle: Array) -> float:
+    """Estimate the distance of a body from a point: along some directions, or of its
+    centre where that is less. Length."""
+    R, shift = body.pose_of(body.motion())
+    ways = AROUND if body.shape.gdim == 2 else EVERYWHERE
+    along = np.abs(cast(body, np.tile((middle - shift) @ R, (len(ways), 1)), ways))
+    return float(min(along.min(), np.linalg.norm(middle - body.place)))

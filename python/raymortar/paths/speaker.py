@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from time import monotonic
 
 from ..core.problem import CoupledProblem
-from ..diagnose.rigid_motions import largest_motions
+from ..diagnose.holding import largest_motions
 from ..records.output import Progress
 from ..solvers.settings import temporarily
 

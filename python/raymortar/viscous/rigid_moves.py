@@ -12,8 +12,7 @@ from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import on_springs, spring_stiffness, unheld_axes
-from ..diagnose.rigid_motions import sums_by_body
+from ..diagnose.holding import on_springs, spring_stiffness, sums_by_body, unheld_axes
 
 # Largest number of moves
 MOVES = 200

@@ -12,8 +12,7 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import bodies_at, touching
-from ..diagnose.rigid_motions import sums_by_body
+from ..diagnose.holding import bodies_at, sums_by_body, touching
 from .grip import coefficient, grips
 from .placement import Placement, placement_of, turned
 from .rigid_moves import (

@@ -19,7 +19,8 @@ from ..core.compat import Array
 from ..core.problem import CoupledProblem
 from ..core.system.volume import Forms
 from ..core.terms import Term
-from ..diagnose.rigid_motions import largest_motions, places, rigid_motions, rigid_part
+from ..diagnose.holding import largest_motions
+from ..diagnose.rigid_motions import places, rigid_motions, rigid_part
 
 # Cells that move alike are told apart by their place along a line that is askew to
 # most bodies, which counts as this share of their motion
