@@ -13,23 +13,22 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, touching
+from .loads import NOISE, depend_on_place, forces_on, have_changed, resultants
 from .rigid_moves import (
     DEEPEST,
     MOVES,
-    NOISE,
     accept_place,
     axes_to_move,
-    depend_on_place,
-    forces_on,
     in_flight,
     longest_move,
     may_move,
-    resultants,
     thinnest,
 )
 
 # Largest number of halves of a move in which a body lands
 HALVES = 10
+# Parts of a move where places change loads: they may hold a body on the way
+PARTS = 4
 
 
 class _Facing(NamedTuple):
@@ -57,7 +56,8 @@ class Landing:
     contact is found no further away. It has landed where its penetration, times gamma,
     bears the resultant: enough points are then in contact for a solve without viscous
     forces to begin. If what bears it has not landed itself, both go on as one body. This
-    takes pairings, and no tangents. An object serves one landing.
+    takes pairings, and no tangents. An object serves one landing; `has_failed` tells
+    whether bodies have fallen, and are back, as nothing has borne them.
     """
 
     def __init__(self, problem: CoupledProblem, loose: Mask, limit: float) -> None:
@@ -65,6 +65,7 @@ class Landing:
         self._limit = limit
         # Bodies that have not landed. Bodies that move as one have the same number
         self._free, self._group = loose, np.arange(len(loose))
+        self.has_failed = False
         # Whether each body may move along each axis
         self._axes = np.ones((len(loose), 1), dtype=bool)
 
@@ -77,24 +78,30 @@ class Landing:
         pairs = touching(contact, len(self._free))
         if not in_flight(pairs, self._free)[0].any() or not may_move(problem):
             return None
-        begin, work, range_of_moves = contact.state(), 0.0, self._range_of_moves()
+        begin, work = contact.state(), 0.0
         every, amounts = resultants(problem, forces_on(problem))
         self._axes = axes_to_move(problem, every, self._limit).T
         load, noise = np.where(self._axes, every, 0.0), NOISE * amounts
         may_fall = self._free & self._axes.any(axis=1)
         self._free, self._group = in_flight(pairs, may_fall)
-        falling = self._free.copy()
-        for move in range(MOVES):
+        falling, is_watched = self._free.copy(), depend_on_place(problem)
+        parts = PARTS if is_watched else 1
+        least, most = self._range_of_moves()
+        range_of_moves = min(least, most / parts), most / parts
+        for move in range(MOVES * parts):
             ways, size = self._ways(load, noise)
             if not ways.any():
-                if not move or depend_on_place(problem, every, falling):
+                if not move:
                     break
                 accept_place(contact)
                 return work
             moved = self._move(ways, size, range_of_moves)
             work += moved * float((ways * load).sum())
             self._land_or_join(size)
+            if is_watched and have_changed(problem, every, falling):
+                break
         contact.restore(begin)
+        self.has_failed = work > 0.0
         return None
 
     def _ways(self, load: Array, noise: Array) -> tuple[Array, Array]:

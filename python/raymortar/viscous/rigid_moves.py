@@ -12,18 +12,14 @@ from ..core.discretization.surfaces import bodies_of_facets
 from ..core.interaction import Interaction
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import on_springs, spring_stiffness, sums_by_body, unheld_axes
+from ..diagnose.holding import on_springs, spring_stiffness, unheld_axes
 
 # Largest number of moves
 MOVES = 200
 # Depth of a body that has landed or rests, in largest moves
 DEEPEST = 0.2
-# Share of all forces of a body that is noise
-NOISE = 1e-3
 # Share of a body's load that springs bear over a facet, up to which they do not hold it
 WEAK = 1e-2
-# Change of a load, over the load, from which it depends on the place
-CHANGES = 0.3
 # Distances of a zone within which its contact is found
 _SIGHT = "reach", "depth"
 
@@ -61,31 +57,6 @@ def may_move(problem: CoupledProblem) -> bool:
     lacking = contact.unknowns.lacking(problem.bcs).of_u.any()
     moves = bool(lacking) or any(zone.motions.have_moved() for zone in contact.zones)
     return problem.constraints is None and not problem.comm.allreduce(moves, op=MPI.LOR)
-
-
-def forces_on(problem: CoupledProblem) -> Array:
-    """Assemble the forces of the forms on the owned dofs of u. Force. Collective."""
-    forces = -problem.volume.forces(problem.bcs)
-    return np.asarray(forces[problem.contact.unknowns.u_owned])
-
-
-def resultants(problem: CoupledProblem, forces: Array) -> tuple[Array, Array]:
-    """Sum up forces at the owned dofs of u by body: vectors (bodies, d), and amounts,
-    (bodies,). Force. Collective."""
-    dim = problem.contact.u.function_space.dofmap.index_map_bs
-    along = np.tile(np.eye(dim), len(forces) // dim)
-    sums = sums_by_body(problem, np.array([*(forces * along), np.abs(forces)]))
-    *load, every = problem.comm.allreduce(sums)
-    return np.array(load).T, every
-
-
-def depend_on_place(problem: CoupledProblem, before: Array, moved: Mask) -> bool:
-    """Whether the resultants of bodies that have moved are others than before,
-    (bodies, d). Collective."""
-    load, amounts = resultants(problem, forces_on(problem))
-    change = np.linalg.norm(load - before, axis=1)
-    most = CHANGES * np.linalg.norm(before, axis=1) + NOISE * amounts
-    return bool((moved & (change > most)).any())
 
 
 def axes_to_move(problem: CoupledProblem, load: Array, limit: float) -> Mask:

@@ -14,19 +14,16 @@ from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, sums_by_body, touching
 from .grip import coefficient, grips
+from .loads import NOISE, forces_on, have_changed, resultants
 from .placement import Placement, placement_of, turned
 from .rigid_moves import (
     DEEPEST,
     MOVES,
-    NOISE,
     accept_place,
     axes_to_move,
     bodies_of,
-    depend_on_place,
-    forces_on,
     longest_move,
     may_move,
-    resultants,
     thinnest,
 )
 
@@ -119,7 +116,7 @@ class Settling:
         begin, forces = contact.state(), forces_on(self._problem)
         before, _ = resultants(self._problem, forces)
         work = self._settle(forces) if self._is_gripped(forces) else None
-        if work is None or depend_on_place(self._problem, before, self._moves()):
+        if work is None or have_changed(self._problem, before, self._moves()):
             contact.restore(begin)
             return None
         return work

@@ -12,12 +12,13 @@ from ..core.compat import Mask
 from ..core.errors import ConvergenceError, SetUpError
 from ..core.interface.zone_data import mean_facet_size
 from ..diagnose.failure import FAILURES
-from ..diagnose.holding import free_axes, has_no_springs, touching
+from ..diagnose.holding import has_no_springs, touching, unheld_axes
 from .budget import Budget
 from .grip import coefficient
 from .held_motions import FARTHEST, SETTLED, HeldMotions
 from .landing import Landing
-from .rigid_moves import NOISE, axes_to_move, forces_on, in_flight, resultants
+from .loads import NOISE, forces_on, resultants
+from .rigid_moves import axes_to_move, in_flight
 from .settling import Settling
 
 # First size of the forces, as a share of the diagonal of the stiffness
@@ -65,6 +66,8 @@ class Stabilization(HeldMotions):
         self.has_caught = False
         self._begun = self._problem.tangents  # before the present step
         self._fading = Budget(self._problem)
+        # Whether bodies have fallen in this step, or a larger one, and nothing has borne them
+        self._stays = False
 
     def is_of_use(self) -> bool:
         """Whether supports hold all bodies or contact is in reach. Collective.
@@ -87,13 +90,14 @@ class Stabilization(HeldMotions):
             is_loose &= self._is_unsprung()
         if is_loose.any():
             return self.is_asked_for or self.is_of_use()
-        in_reach = bool(self._contact.statistics.hits)
+        in_reach = bool(self._contact.statistics.hits) and not self._stays
         return in_reach and bool((is_free & self._guided & self._is_driven_on()).any())
 
     @cached_property
     def _guided(self) -> Mask:
         """Whether conditions hold each body, and it is free along an axis all the same."""
-        return free_axes(self._problem).any(axis=0) & ~self._loose
+        axes = unheld_axes(self._problem, self._problem.constrained)
+        return np.asarray(axes.any(axis=1) & ~self._loose)
 
     @cached_property
     def _facet(self) -> float:
@@ -174,6 +178,10 @@ class Stabilization(HeldMotions):
             f"{share:.3g} of all forces of a body that nothing holds"
         )
 
+    def accepted(self) -> None:
+        super().accepted()
+        self._stays = False
+
     def land(self) -> int | None:
         """Solve a step from where bodies land; return None if none falls, or that fails.
         Collective."""
@@ -194,7 +202,11 @@ class Stabilization(HeldMotions):
             return 0.0, None
         problem, facet = self._problem, self._facet
         settling = Settling(problem, self._loose, facet) if self.has_loose else None
-        landed, place = Landing(problem, bodies, facet).land(), self._contact.state()
+        landed = None
+        if not self._stays:
+            landing = Landing(problem, bodies, facet)
+            landed, self._stays = landing.land(), landing.has_failed
+        place = self._contact.state()
         settled, last = settling.settle() if settling else None, None
         if settled is not None:
             last = self._landed()

@@ -10,6 +10,7 @@ from problems import worst
 
 from raymortar import ConvergenceError, Coulomb
 from raymortar.viscous.landing import Landing
+from raymortar.viscous.loads import depend_on_place
 from raymortar.viscous.stabilization import Stabilization
 
 GAP, LIMIT, SHARE = 0.37, 0.1, 0.5
@@ -140,26 +141,51 @@ def test_a_body_on_springs_bears_what_falls():
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("guided", [(), ("left_1", "left_2")])
 @pytest.mark.parametrize("stiffness", [1e-6, 1e-3])
-def test_springs_that_a_load_stretches_far_hold_no_body(stiffness):
+def test_springs_that_a_load_stretches_far_hold_no_body(stiffness, guided):
     def springs(u, v, by_body):
         return by_body({"0": 0.0, "1": stiffness, "2": stiffness}) * ufl.inner(u, v)
 
-    found = take(loose_stack(gap=0.1, steps=2, more=springs))
+    found = take(loose_stack(gap=0.1, steps=2, guided=guided, more=springs))
     assert found.arrived and found.tangents <= 6
 
 
+def cable(y):
+    """Taut before the floor."""
+    return ufl.conditional(ufl.lt(y, -0.05), 1e3 * (y + 0.05), 0.0)
+
+
+def detent(y):
+    """Twice the weight, between 0.04 and 0.06 below the start alone."""
+    return ufl.conditional(ufl.lt(abs(y + 0.05), 0.01), -2.0, 0.0)
+
+
 @pytest.mark.mpi
-def test_a_body_whose_load_depends_on_its_place_does_not_land():
-    """A cable that is taut before the floor: it hangs."""
+@pytest.mark.parametrize("force", [cable, detent])
+def test_a_body_that_a_force_may_hold_on_the_way_does_not_land(force):
+    def more(u, v, by_body):
+        return by_body({"0": 0.0, "1": 1.0, "2": 0.0}) * force(u[1]) * v[1]
 
-    def cable(u, v, by_body):
-        taut = ufl.conditional(ufl.lt(u[1], -0.05), u[1] + 0.05, 0.0)
-        return by_body({"0": 0.0, "1": 1e3, "2": 0.0}) * taut * v[1]
-
-    path = loose_stack(gap=0.1, loaded="1", more=cable)
-    assert landing(path, 0, 1).land() is None
+    path = loose_stack(gap=0.1, loaded="1", more=more)
+    fall = landing(path, 0, 1)
+    assert fall.land() is None and fall.has_failed
     assert worst(nodal(path.problem)) == 0.0
+    assert depend_on_place(path.problem)
+    assert not depend_on_place(loose_stack().problem)
+
+
+@pytest.mark.mpi
+def test_a_fall_that_ends_nowhere_is_not_tried_in_halves_of_the_step(monkeypatch):
+    falls = []
+    land = Landing.land
+    monkeypatch.setattr(Landing, "land", lambda fall: falls.append(fall) or land(fall))
+    _, steps, _ = resting("triangle", 50.0, Coulomb(0.5), stabilize=True)
+    steps.apply(SHARE)
+    forces = Stabilization(steps.solver, 1.0)
+    for again in (forces.land, forces.land, forces.accepted, forces.land):
+        again()
+    assert len(falls) == 2
 
 
 @pytest.mark.mpi

@@ -13,8 +13,8 @@ from problems import worst
 from raymortar import AugmentedLagrangian, Coulomb
 from raymortar.core.discretization.ranks import ends_of
 from raymortar.viscous.landing import Landing
+from raymortar.viscous.loads import forces_on
 from raymortar.viscous.placement import placement_of
-from raymortar.viscous.rigid_moves import forces_on
 from raymortar.viscous.settling import Settling
 
 GAP, LIMIT, ANGLE, WIDTH = 0.2, 0.1, 0.3, 0.6
