@@ -282,9 +282,15 @@ class Settling:
                 ]
             )
             back = -np.einsum("nde,ne->nd", points.stiffness, points.way)
-            np.add.at(force, at, np.einsum("smnd,nd->snm", modes, back))
-            each = np.einsum("smnd,nde,tlne->stnml", modes, points.stiffness, modes)
-            np.add.at(stiffness, (at[:, None], at[None]), each)
+            pushed = np.einsum("nde,smne->smnd", points.stiffness, modes)
+            pairs, pair_of = np.unique(at, axis=1, return_inverse=True)
+            for k, pair in enumerate(pairs.T):
+                here = np.ravel(pair_of) == k
+                one = modes[:, :, here].reshape(2 * motions, -1)
+                each = one @ pushed[:, :, here].reshape(2 * motions, -1).T
+                force[pair] += (one @ back[here].ravel()).reshape(2, motions)
+                each = each.reshape(2, motions, 2, motions).transpose(0, 2, 1, 3)
+                stiffness[pair[:, None], pair[None]] += each
         comm = self._problem.comm
         comm.Allreduce(MPI.IN_PLACE, force, op=MPI.SUM)
         comm.Allreduce(MPI.IN_PLACE, stiffness, op=MPI.SUM)
