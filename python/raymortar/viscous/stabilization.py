@@ -90,8 +90,10 @@ class Stabilization(HeldMotions):
             is_loose &= self._is_unsprung()
         if is_loose.any():
             return self.is_asked_for or self.is_of_use()
-        in_reach = bool(self._contact.statistics.hits) and not self._stays
-        return in_reach and bool((is_free & self._guided & self._is_driven_on()).any())
+        is_guided = is_free & self._guided
+        if self._stays or not (is_guided.any() and self._contact.statistics.hits):
+            return False
+        return bool((is_guided & self._would_fall()).any())
 
     @cached_property
     def _guided(self) -> Mask:
@@ -114,7 +116,7 @@ class Stabilization(HeldMotions):
             found |= axes[int(problem.contact.system.axisymmetric) :].all(axis=0)
         return found
 
-    def _is_driven_on(self) -> Mask:
+    def _would_fall(self) -> Mask:
         """Whether a load drives each body along an axis on which nothing holds it."""
         load, amounts = resultants(self._problem, forces_on(self._problem))
         axes = axes_to_move(self._problem, load, self._facet).T
@@ -147,8 +149,8 @@ class Stabilization(HeldMotions):
             work += done
             last, (motions, loose) = None, self._motions()
             self._moving = motions, self._viscosity.change()
-            in_flight = self.has_loose and not self._contact.statistics.active_points
-            if in_flight:
+            flies = self.has_loose and not self._contact.statistics.active_points
+            if flies:
                 self._fading.begin()
             self._fading.note(share)
             if share <= NEARLY:
@@ -167,7 +169,7 @@ class Stabilization(HeldMotions):
                 if last is None:
                     self.share = share
                 return iterations + (last or 0)
-            if in_flight:
+            if flies:
                 self._contact.advance()  # a flight is no slip
             # Forces that let motions keep to their limit. Where weaker ones have just
             # failed, they fade slowly
