@@ -54,7 +54,7 @@ class Press:
         path = raymortar.LoadSteps(
             self.problem.snes_solver,
             lambda t: self.tool.move((0.0, -begin - t * (end - begin))), steps,
-            history=self.history,
+            history=self.history, strategy="halve",  # all iterations are Newton's
             on_accept=self.material.accept, on_reject=self.material.go_back,
         )  # fmt: skip
         for _ in path:
