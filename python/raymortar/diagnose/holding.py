@@ -69,19 +69,25 @@ def touched(contact: Interaction, count: int) -> Mask:
 
 def touching(contact: Interaction, count: int, inside: bool = False) -> Mask:
     """Whether two bodies, the last of them tools, have a point in contact, or one that
-    adhesion holds; or one that is `inside` the other: a law at nodes closes in the mean
-    only, where a corner may be inside. (bodies + 1, bodies + 1). Collective."""
+    adhesion holds; or one that is `inside` the other, (bodies + 1, bodies + 1).
+    Collective."""
     found = np.zeros((count + 1, count + 1), dtype=bool)
     seen = [(zone, zone.points()) for zone in contact.zones]
     bonds = [one.bond for one in contact.contacts if one.bond is not None]
     for zone, points in [*seen, *(pair for one in bonds for pair in one.holding())]:
-        at = points["status"] >= CLOSED
-        if inside:
-            at |= (points["status"] >= OPEN) & (points["gap"] < 0.0)
-        slave, master = bodies_at(contact, zone, points, at)
+        slave, master = bodies_at(contact, zone, points, met(points, inside))
         found[slave, master] = found[master, slave] = True
     contact.layout.comm.Allreduce(MPI.IN_PLACE, found, op=MPI.LOR)
     return found
+
+
+def met(points: dict[str, Array], inside: bool) -> Mask:
+    """Whether each point is in contact, or `inside` the master: a law at nodes closes in
+    the mean only, where a corner may be inside."""
+    found = points["status"] >= CLOSED
+    if inside:
+        found |= (points["status"] >= OPEN) & (points["gap"] < 0.0)
+    return np.asarray(found)
 
 
 def bodies_at(

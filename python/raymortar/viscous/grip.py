@@ -10,9 +10,8 @@ from scipy.optimize import nnls
 
 from ..core.compat import Array, Indices
 from ..core.interaction import Interaction
-from ..core.interface.point_results import CLOSED, OPEN
 from ..core.options.friction import Coulomb
-from ..diagnose.holding import bodies_at
+from ..diagnose.holding import bodies_at, met
 
 # Share of the loads that may be left over
 LEFT = 1e-2
@@ -64,12 +63,16 @@ def _touching(contact: Interaction, at: Indices) -> Iterator[Array]:
         mu = coefficient(one.friction)
         for zone in one.zones if one.tied is None else ():
             points = zone.points()
-            inside = (points["status"] >= OPEN) & (points["gap"] < 0.0)
-            closed = inside | (points["status"] >= CLOSED)
+            closed = met(points, inside=True)
             rows = at[bodies_at(contact, zone, points, closed)].T
             n = np.round(points["master_normal"][closed], DIGITS)
             columns = [rows, np.full((len(n), 1), mu), n]
             yield np.unique(np.concatenate(columns, axis=1), axis=0)
+
+
+def has_friction(contact: Interaction) -> bool:
+    """Whether bodies stick to each other anywhere."""
+    return any(coefficient(one.friction) > 0.0 for one in contact.contacts)
 
 
 def coefficient(friction: Any) -> float:

@@ -71,9 +71,7 @@ class HeldMotions:
         held = groups.on_rows(problem.constrained)
         self._loose = groups.sum(held)[: groups.bodies] == 0.0
         self.has_loose = bool(self._loose.any())
-        self._limit = np.inf
-        if self.has_loose:
-            self._limit = FARTHEST * mean_facet_size(self._contact.zones)
+        self._limit = self._facet if self.has_loose else np.inf
         self._approach = Approach(self._contact, self._loose, self._limit)
         self.gave_up: str | None = None
         self.holds = self._said = self.is_lost = False
@@ -104,6 +102,11 @@ class HeldMotions:
     def goes_on(self) -> bool:
         """Whether a motion that may be held has been driven as much for a while."""
         return self._rest is not None and self._drives.is_spent
+
+    @cached_property
+    def _facet(self) -> float:
+        """Largest motion of a loose body in one solve, and of one that falls. Length."""
+        return FARTHEST * mean_facet_size(self._contact.zones)
 
     @cached_property
     def _viscosity(self) -> Viscosity:

@@ -13,13 +13,13 @@ from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, touching
-from .loads import NOISE, depend_on_place, forces_on, have_changed, resultants
+from .loads import NOISE, depend_on_place, have_changed
 from .rigid_moves import (
     DEEPEST,
     MOVES,
     accept_place,
-    axes_to_move,
     in_flight,
+    loads_of,
     longest_move,
     may_move,
     thinnest,
@@ -79,9 +79,8 @@ class Landing:
         if not in_flight(pairs, self._free)[0].any() or not may_move(problem):
             return None
         begin, work = contact.state(), 0.0
-        every, amounts = resultants(problem, forces_on(problem))
-        self._axes = axes_to_move(problem, every, self._limit).T
-        load, noise = np.where(self._axes, every, 0.0), NOISE * amounts
+        loads = loads_of(problem, self._limit)
+        load, noise, self._axes = loads.free, NOISE * loads.amounts, loads.axes
         may_fall = self._free & self._axes.any(axis=1)
         self._free, self._group = in_flight(pairs, may_fall)
         falling, is_watched = self._free.copy(), depend_on_place(problem)
@@ -98,7 +97,7 @@ class Landing:
             moved = self._move(ways, size, range_of_moves)
             work += moved * float((ways * load).sum())
             self._land_or_join(size)
-            if is_watched and have_changed(problem, every, falling):
+            if is_watched and have_changed(problem, loads.every, falling):
                 break
         contact.restore(begin)
         self.has_failed = work > 0.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from mpi4py import MPI
 
 import numpy as np
@@ -13,6 +15,7 @@ from ..core.interaction import Interaction
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import on_springs, spring_stiffness, unheld_axes
+from .loads import forces_on, resultants
 
 # Largest number of moves
 MOVES = 200
@@ -59,15 +62,37 @@ def may_move(problem: CoupledProblem) -> bool:
     return problem.constraints is None and not problem.comm.allreduce(moves, op=MPI.LOR)
 
 
-def axes_to_move(problem: CoupledProblem, load: Array, limit: float) -> Mask:
-    """Whether each body may move along each axis: no condition holds it, nor do springs
-    that bear a share of its load, (bodies, d), over a limit, (d, bodies). Collective.
+class Loads(NamedTuple):
+    """Loads of bodies, and where they may move.
+
+    Attributes
+    ----------
+    every, amounts
+        Resultants, and the sums of all forces by their amounts. Force, (bodies, d) and
+        (bodies,).
+    axes
+        Whether each body may move along each axis: no condition holds it, nor do springs
+        that bear a share of its load over a facet, (bodies, d).
     """
-    axes, springs = unheld_axes(problem, problem.constrained).T, on_springs(problem)
+
+    every: Array
+    amounts: Array
+    axes: Mask
+
+    @property
+    def free(self) -> Array:
+        """Resultants along the axes on which nothing holds bodies, (bodies, d). Force."""
+        return np.where(self.axes, self.every, 0.0)
+
+
+def loads_of(problem: CoupledProblem, facet: float) -> Loads:
+    """Find the loads of all bodies at present. Collective."""
+    every, amounts = resultants(problem, forces_on(problem))
+    axes, springs = unheld_axes(problem, problem.constrained), on_springs(problem).T
     if (axes & springs).any():
-        borne = limit * spring_stiffness(problem)
-        springs &= borne > WEAK * np.linalg.norm(load, axis=1)
-    return np.asarray(axes & ~springs)
+        borne = facet * spring_stiffness(problem).T
+        springs &= borne > WEAK * np.linalg.norm(every, axis=1)[:, None]
+    return Loads(every, amounts, np.asarray(axes & ~springs))
 
 
 def in_flight(pairs: Mask, loose: Mask) -> tuple[Mask, Indices]:

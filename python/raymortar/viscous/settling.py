@@ -13,15 +13,15 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, sums_by_body, touching
-from .grip import coefficient, grips
+from .grip import coefficient, grips, has_friction
 from .loads import NOISE, forces_on, have_changed, resultants
 from .placement import Placement, placement_of, turned
 from .rigid_moves import (
     DEEPEST,
     MOVES,
     accept_place,
-    axes_to_move,
     bodies_of,
+    loads_of,
     longest_move,
     may_move,
     thinnest,
@@ -128,7 +128,7 @@ class Settling:
     def _is_gripped(self, forces: Array) -> bool:
         """Whether friction may hold all bodies that move: what sticks here would turn
         over what slides."""
-        if not any(sticks for _, sticks in self._zones):
+        if not has_friction(self._contact):
             return True
         load = self._load(placement_of(self._problem, forces), forces)
         dim = self._contact.u.function_space.dofmap.index_map_bs
@@ -242,9 +242,9 @@ class Settling:
                 for bodies in bodies_at(contact, zone, points, hit):
                     np.add.at(carried, bodies, points["weight"][hit] * size)
         kept, carried = problem.comm.allreduce(np.array([kept, carried[:-1]]))
-        load, every = resultants(problem, forces_on(problem))
-        held = ~axes_to_move(problem, load, self._limit).all(axis=0)
-        return np.asarray(held | (kept > 0.0) | (carried > NOISE * every))
+        loads = loads_of(problem, self._limit)
+        held = ~loads.axes.all(axis=1)
+        return np.asarray(held | (kept > 0.0) | (carried > NOISE * loads.amounts))
 
     def _load(self, placement: Placement, forces: Array) -> Array:
         """Find forces at the owned dofs of u along the rigid motions of the bodies that

@@ -10,15 +10,14 @@ import numpy as np
 
 from ..core.compat import Mask
 from ..core.errors import ConvergenceError, SetUpError
-from ..core.interface.zone_data import mean_facet_size
 from ..diagnose.failure import FAILURES
 from ..diagnose.holding import has_no_springs, touching, unheld_axes
 from .budget import Budget
-from .grip import coefficient
-from .held_motions import FARTHEST, SETTLED, HeldMotions
+from .grip import has_friction
+from .held_motions import SETTLED, HeldMotions
 from .landing import Landing
-from .loads import NOISE, forces_on, resultants
-from .rigid_moves import axes_to_move, in_flight
+from .loads import NOISE
+from .rigid_moves import in_flight, loads_of
 from .settling import Settling
 
 # First size of the forces, as a share of the diagonal of the stiffness
@@ -101,27 +100,19 @@ class Stabilization(HeldMotions):
         axes = unheld_axes(self._problem, self._problem.constrained)
         return np.asarray(axes.any(axis=1) & ~self._loose)
 
-    @cached_property
-    def _facet(self) -> float:
-        """Largest move of a body that falls. Length."""
-        return FARTHEST * mean_facet_size(self._contact.zones)
-
     def _is_unsprung(self) -> Mask:
         """Whether each body is on no springs, or on such that its load stretches far."""
         problem, found = self._problem, has_no_springs(self._problem)
         if not found.all():
-            load, _ = resultants(problem, forces_on(problem))
-            axes = axes_to_move(problem, load, self._facet)
+            axes = loads_of(problem, self._facet).axes
             # Hoops may resist a growth of the radius
-            found |= axes[int(problem.contact.system.axisymmetric) :].all(axis=0)
+            found |= axes[:, int(problem.contact.system.axisymmetric) :].all(axis=1)
         return found
 
     def _would_fall(self) -> Mask:
         """Whether a load drives each body along an axis on which nothing holds it."""
-        load, amounts = resultants(self._problem, forces_on(self._problem))
-        axes = axes_to_move(self._problem, load, self._facet).T
-        size = np.linalg.norm(np.where(axes, load, 0.0), axis=1)
-        return np.asarray(size > NOISE * amounts)
+        loads = loads_of(self._problem, self._facet)
+        return np.asarray(np.linalg.norm(loads.free, axis=1) > NOISE * loads.amounts)
 
     def pass_by(self) -> int | None:
         """Solve a step without the forces; return None if that fails or moves a loose
@@ -212,15 +203,12 @@ class Stabilization(HeldMotions):
         settled, last = settling.settle() if settling else None, None
         if settled is not None:
             last = self._landed()
-            if last is not None or self._has_friction():
+            if last is not None or has_friction(self._contact):
                 return settled + (landed or 0.0), last
             self._contact.restore(place)
         if landed is not None:
             last = self._landed()
         return landed or 0.0, last
-
-    def _has_friction(self) -> bool:
-        return any(coefficient(one.friction) > 0.0 for one in self._contact.contacts)
 
     def _landed(self) -> int | None:
         """Solve without the forces where bodies have landed; return the iterations, None
