@@ -26,6 +26,7 @@ import logging  # noqa: E402
 import warnings  # noqa: E402
 
 import drawing  # noqa: E402
+import edge_friction  # noqa: E402
 import edge_scenes as scenes  # noqa: E402
 import getfem_peer  # noqa: E402
 
@@ -71,11 +72,11 @@ class Ironing:
 
     def exact(self):
         if self.reference is None:
-            _, self.reference, _ = scenes.iron(FINEST, "points")
+            _, self.reference, _ = edge_friction.iron(FINEST, "points")
         return self.reference
 
     def ours(self, n, degree, law, role):
-        solve = partial(scenes.solve_ironing, self.exact())
+        solve = partial(edge_friction.solve_ironing, self.exact())
         return solved(solve, n, degree, law, role)
 
     def getfem(self, n, degree, law, role):
@@ -86,12 +87,12 @@ class Ironing:
         peer = ironing.Peer(n, n // 5)
         start = time.process_time(), time.perf_counter()
         iterations = 0
-        for t in ironing.times(*scenes.IRONING):
+        for t in ironing.times(*edge_friction.IRONING):
             iterations += peer.step(t)
             forces.append(peer.force()[::-1])
         seconds = time.process_time() - start[0], time.perf_counter() - start[1]
-        along = forces[scenes.IRONING[0] :]
-        error = scenes.relative(along, self.exact())
+        along = forces[edge_friction.IRONING[0] :]
+        error = edge_friction.relative(along, self.exact())
         return peer.model.nbdof(), iterations, error, *seconds
 
 
@@ -113,13 +114,13 @@ SCENES = {
         {1: (4, 8, 16, 32, 64), 2: (4, 8, 16, 32)},
     ),
     "partial_slip": (
-        partial(solved, scenes.solve_partial_slip),
+        partial(solved, edge_friction.solve_partial_slip),
         None,
         ("",),
         {1: (10, 20, 40), 2: (10, 20)},
     ),
     "wedge": (
-        partial(solved, scenes.solve_wedge),
+        partial(solved, edge_friction.solve_wedge),
         None,
         ("",),
         {1: (2, 4, 8), 2: (2, 4, 8)},

@@ -9,7 +9,7 @@ from meshes.scenes import two_blocks
 from raymortar import ContactError, NonlinearProblem
 from raymortar.core import compat
 
-PAIR = [(3, 4)]
+PAIR = [(3, 4)]  # slave and master of `two_blocks`
 
 
 def small_blocks():
@@ -20,9 +20,10 @@ def refused(pattern):
     return pytest.raises(ContactError, match=pattern)
 
 
-def contact(scene, pairs=PAIR, **options):
-    u = fem.Function(compat.vector_space(scene.mesh, 1))
-    return raymortar.Contact(u, scene.facet_tags, pairs, **options)
+def contact(scene, pairs=PAIR, V=None, tags=None, **options):
+    V = compat.vector_space(scene.mesh, 1) if V is None else V
+    tags = scene.facet_tags if tags is None else tags
+    return raymortar.Contact(fem.Function(V), tags, pairs, **options)
 
 
 def problem(scene, F=None, J=None, **options):

@@ -70,6 +70,26 @@ def heated(
     return Heated(scene, u, T, contact, flux, problem)
 
 
+# Slabs that are pressed onto each other
+
+CONDUCTIVITY = {"0": 4.0, "1": 1.0}
+DEPTH = 0.02  # of a nominal pressure of DEPTH / 2: modulus 1, height 2, nu = 0
+
+
+def constant(T_s, T_m, p, g, v):
+    return 2.0 * (T_s - T_m)
+
+
+def of_pressure(T_s, T_m, p, g, v):
+    return 3.0 * (p / 0.01) ** 0.95 * (T_s - T_m)
+
+
+def elastic(u):
+    """Hooke's law with modulus 1 and without lateral strain."""
+    v = ufl.TestFunction(u.function_space)
+    return ufl.inner(ufl.sym(ufl.grad(u)), ufl.grad(v)) * ufl.dx
+
+
 # Tangents
 
 
