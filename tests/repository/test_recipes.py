@@ -7,9 +7,9 @@ import pytest
 from problems import COMM
 from programs import ROOT, blocks_of
 
-START, WETTED, FLAT, HALF, POLYLINE = blocks_of("docs/recipes.md", "python")
+START, WETTED, FLAT, HALF, CORNER = blocks_of("docs/recipes.md", "python")
 CRACK, CARRIED, PERIODIC = blocks_of("docs/recipes_joints.md", "python")
-PRESS, CHECKPOINT, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
+PRESS, LANDING, MATERIAL, NEWTON, DIFFERENCES = blocks_of(
     "docs/recipes_solving.md", "python"
 )
 # Few facets carry the contact of small programs
@@ -125,31 +125,27 @@ def test_half_of_a_model_has_half_of_the_force(run):
 
 
 @pytest.mark.mpi
-def test_an_inner_point_turns_a_polyline(run):
-    names = run(START, POLYLINE)
-    assert "Polyline(corners," in POLYLINE
-    other = POLYLINE.replace("Polyline(corners,", "Polyline(corners[::-1],")
-    forces = [
-        found["contact"].resultant().force for found in (names, run(START, other))
-    ]
-    assert forces[0][1] < -0.1
-    np.testing.assert_allclose(forces[0], forces[1], atol=1e-12)
+def test_both_faces_of_a_block_in_a_corner_bear_their_force(run):
+    """The wall and the slope below it bear the push; nothing is found to be doubtful."""
+    names = run(START, CORNER)
+    below, beside = (names[name].resultant().force for name in ("below", "beside"))
+    assert below[0] + beside[0] == pytest.approx(-0.3, rel=1e-8)
+    assert beside[0] == pytest.approx(-0.302, abs=5e-4) and abs(beside[1]) < 1e-12
+    held = names["problem"].reactions({"lid": names["bcs"][1]})["lid"]
+    assert below[1] == pytest.approx(-held[1], rel=1e-8) and below[1] > 0.1
+    assert not names["problem"].check()
 
 
 @pytest.mark.mpi
-def test_a_path_goes_on_where_it_was_left(run):
-    first = run(START, PRESS, CHECKPOINT)
-    assert first["step"].factor == pytest.approx(0.5)
-    second = run(START, PRESS, CHECKPOINT)
-    assert second["begin"] == pytest.approx(0.5) and second["step"].factor == 1.0
-    through = CHECKPOINT.replace("        break", "        pass").replace(
-        "press.c", "through.c"
-    )
-    whole = run(START, PRESS, through)
-    for name in ("reaction_top_y", "time"):
-        found = second["history"][name]
-        assert len(found) == 10
-        np.testing.assert_allclose(found, whole["history"][name], rtol=1e-9)
+def test_parts_that_a_force_pushes_land(run):
+    """They rest on the floor and bear the force, at a few tangents a step."""
+    names = run(START, PRESS, LANDING)
+    np.testing.assert_allclose(names["forces"], 0.3, rtol=1e-8)
+    foot = names["fem"].locate_dofs_topological(names["V"], 1, names["bottom"])
+    down = names["u"].x.array.reshape(-1, 2)[foot, 1]
+    np.testing.assert_allclose(down, -0.2, atol=1e-3)
+    step = names["step"]
+    assert step.tangents <= 5 and step.strategy == "full" and not step.findings
 
 
 def test_a_material_in_numpy_stays_within_its_yield_surface(run):
