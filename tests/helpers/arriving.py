@@ -59,6 +59,7 @@ def loose_stack(
     apart=None,
     guided=(),
     more=None,
+    friction=0.3,
 ):
     """Two blocks above a third one, under the weights of those that are loaded, held by
     nothing but contact.
@@ -80,9 +81,8 @@ def loose_stack(
         form += more(u, v, lambda values: cellwise(scene, values)) * ufl.dx
     tags = scene.tags
     pairs = [(tags[f"bottom_{i + 1}"], tags[f"top_{i}"]) for i in (0, 1)]
-    contact = raymortar.Contact(
-        u, scene.facet_tags, pairs, friction=raymortar.Coulomb(0.3)
-    )
+    law = None if friction is None else raymortar.Coulomb(friction)
+    contact = raymortar.Contact(u, scene.facet_tags, pairs, friction=law)
     bcs = [fix(V, scene, side) for side in held]
     bcs += [fix(V, scene, side, 0) for side in guided]
     problem = raymortar.NonlinearProblem(form, contact, bcs)

@@ -8,14 +8,13 @@ from mpi4py import MPI
 
 import numpy as np
 
-from ..core.compat import Array
-from ..core.discretization.surfaces import bodies_of_facets
+from ..core.compat import Array, Indices, Mask
 from ..core.finding import Finding
 from ..core.interaction import Interaction
-from ..core.interface.point_results import CLOSED
+from ..core.interface.point_results import CLOSED, OPEN
 from ..core.problem import CoupledProblem
 from .failure import part_of
-from .holding import AXES, free_axes
+from .holding import AXES, bodies_at, free_axes
 
 # Sum of the squared cosines between normals and a direction, of all closed points, below
 # which contact does not hold a body along it: normals that differ by half a degree
@@ -23,8 +22,8 @@ HOLDS = 1e-4
 
 
 def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
-    """Find bodies that touch others without friction, and that nothing holds along them.
-    Collective.
+    """Find bodies that touch others without friction, and that nothing holds along them,
+    one finding for all that are free along the same axes. Collective.
 
     Inertia, terms of others and viscous forces hold bodies in ways of their own.
     """
@@ -34,52 +33,63 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
     free = free_axes(problem)
     if not free.any():
         return
-    normals, names = (
-        _normals(contact, free.shape[1]),
-        problem.convergence.groups.names(),
-    )
+    pressed, faced = _normals(contact, free.shape[1])
+    names = problem.convergence.groups.names()
+    sliding: dict[str, list[int]] = {}
     for body in np.flatnonzero(free.any(axis=0)):
-        total = float(np.trace(normals[body]))
+        if not np.trace(pressed[body]) > 0.0:
+            continue
         axes = np.flatnonzero(free[:, body])
-        values, ways = np.linalg.eigh(normals[body][np.ix_(axes, axes)])
-        none = ways[:, values <= HOLDS * total]
-        if total > 0.0 and none.shape[1]:
-            along = np.linalg.norm(none, axis=1) > np.sqrt(0.5) - HOLDS
-            yield Finding(
-                names[body],
-                (),
-                "nothing holds it along "
-                f"{', '.join(AXES[i] for i in axes[along])}, so that its place is arbitrary",
-                "Prescribe it there, or give friction",
-                1.0,
-                about=("sliding", body),
-            )
+        # A ball slides along a straight groove, whose normals stay the same
+        along = _along(pressed[body], axes) | _along(faced[body], axes)
+        if along.any():
+            sliding.setdefault(", ".join(AXES[i] for i in axes[along]), []).append(body)
+    for directions, bodies in sliding.items():
+        them, place = "it", "its place is"
+        if len(bodies) > 1:
+            them, place = "them", "their places are"
+        yield Finding(
+            " and ".join(names[body] for body in bodies),
+            (),
+            f"nothing holds {them} along {directions}, so that {place} arbitrary",
+            "Prescribe it there, or give friction",
+            1.0,
+            about=("sliding", *bodies),
+        )
+
+
+def _along(normals: Array, axes: Indices) -> Mask:
+    """Whether contact with these normals holds nothing along each of some axes."""
+    values, ways = np.linalg.eigh(normals[np.ix_(axes, axes)])
+    total = np.trace(normals)
+    none = ways[:, (values <= HOLDS * total) & (total > 0.0)]
+    return np.asarray(np.linalg.norm(none, axis=1) > np.sqrt(0.5) - HOLDS)
 
 
 def _normals(contact: Interaction, count: int) -> Array:
-    """Sum the products of the normals at closed points with themselves by the bodies that
-    they hold, (bodies, d, d); friction and ties hold along the surface, too. Collective.
+    """Sum the products of normals with themselves by the bodies that they hold, (2,
+    bodies, d, d): of slaves at closed points, and of what all points face, where no edge
+    between facets ends a slide; friction and ties hold along the surface, too.
+    Collective.
     """
     dim = contact.u.function_space.dofmap.index_map_bs
-    sums = np.zeros((count, dim, dim))
+    sums = np.zeros((2, count + 1, dim, dim))
     for one in contact.contacts:
         holds_all = one.friction is not None or one.tied is not None
         for zone in one.zones:
             points = zone.points()
-            closed = points["status"] >= CLOSED
-            n = points["normal"][closed]
-            each = n[:, :, None] * n[:, None, :]
-            if holds_all:
-                each = np.broadcast_to(np.eye(dim), each.shape)
-            each = each * points["weight"][closed][:, None, None]
-            slaves = bodies_of_facets(contact.system.bodies, zone.facets.slave_surface)
-            slave = slaves[points["slave"][closed]]
-            if zone.facets.bodies:
-                np.add.at(sums, slave, each)
-                continue
-            master = zone.cpp.master_bodies()[points["master"][closed]]
-            other = slave != master
-            np.add.at(sums, slave[other], each[other])
-            np.add.at(sums, master[other], each[other])
-    contact.layout.comm.Allreduce(MPI.IN_PLACE, sums, op=MPI.SUM)
-    return sums
+            for total, name, least in zip(
+                sums, ("normal", "master_normal"), (CLOSED, OPEN)
+            ):
+                at = points["status"] >= least
+                n = points[name][at]
+                each = n[:, :, None] * n[:, None, :]
+                if holds_all:
+                    each = np.broadcast_to(np.eye(dim), each.shape)
+                each = each * points["weight"][at][:, None, None]
+                bodies = bodies_at(contact, zone, points, at)
+                differ = bodies[0] != bodies[1]
+                for of in bodies:
+                    np.add.at(total, of[differ], each[differ])
+    contact.layout.comm.Allreduce(MPI.IN_PLACE, sums)
+    return sums[:, :-1]

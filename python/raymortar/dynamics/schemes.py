@@ -266,6 +266,7 @@ class TimePath(PrescribedPath):
         Share of a step at which it is solved, with the loads there.
     """
 
+    has_parts = False
     solved_at = 1.0
 
     def begin(self) -> None:

@@ -49,6 +49,8 @@ class LedPath(PrescribedPath, ABC):
     steps, with the settings of the given one.
     """
 
+    has_parts = False
+
     tolerances = forwarded("_given", "tolerances", "rtol and atol.")
     max_it = forwarded("_given", "max_it", "Most iterations.")
 

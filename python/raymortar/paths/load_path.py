@@ -133,8 +133,11 @@ class ArcSizes(StepSizes):
 class PrescribedPath:
     """Lead steps by the load factor, with which `apply` is called.
 
-    `factor` is the load factor of the last accepted step.
+    `factor` is the load factor of the last accepted step. A part of a step is a step where
+    the path `has_parts`.
     """
+
+    has_parts = True
 
     def __init__(
         self,
@@ -198,6 +201,11 @@ class PrescribedPath:
     def begin(self) -> None:
         """Set the loads of the next step."""
         self._apply(self.next, self.next - self.factor)
+
+    def begin_part(self, share: float) -> None:
+        """Set the loads of a part of the next step in place of those of `begin`."""
+        size = share * (self.next - self.factor)
+        self._apply(self.next if share == 1.0 else self.factor + size, size)
 
     def set_first_loads(self) -> None:
         """Set the loads of the last accepted step in place of those of `begin`."""

@@ -247,7 +247,8 @@ class LoadSteps:
         path = self._path
         options = self.extrapolate, self.strategy == "auto", self._may_be_viscous
         ways = Strategies(path, progress.trying, *options, self._stabilization)
-        ways.rejected = partial(self._tell, self.on_reject)
+        rejected = partial(self._tell, self.on_reject)
+        ways.rejected, ways.require_contact = rejected, self._require_contact
         self._warn_of_velocities()
         masters, doubts = MastersOnPath(contact), Doubts(problem)
         snapped, effort = False, Effort(problem)
@@ -291,8 +292,7 @@ class LoadSteps:
                 self._reached()
                 problem.evaluate()
                 masters.look()
-                found = doubts.look() + ways.doubts()
-                balance = ways.balance
+                found, balance = doubts.look() + ways.doubts(), ways.balance
                 released = None if balance is None else balance.released
                 if balance is not None and balance.has_snapped and not snapped:
                     snapped = True

@@ -26,7 +26,7 @@ from .strategy import (
     Strategy,
     is_curable,
 )
-from .ways import FadingForces, HeldBody, SmallGamma, SoftStep
+from .ways import FadingForces, HeldBody, PartialSteps, SmallGamma, SoftStep
 
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
@@ -37,7 +37,7 @@ class Strategies:
 
     `others` are tried after a failure, in their order (docs/measured/robustness_paths.md).
     In the opposite one, those that this step calls for go before the solver: viscous
-    forces where nothing else holds a body, a small gamma where it solved the last steps.
+    forces where nothing else holds a body, what solved the last steps else.
     `trying` is called with the name of each other way before it is tried. After a step
     `used` is the name of the way that solved it, `present` of the one that solves at
     present, and `balance` the energies of one that another way solved, where they are
@@ -60,6 +60,8 @@ class Strategies:
         self.balance: Balance | None = None
         # Takes a user's own state back to the last accepted step
         self.rejected: Callable[[], None] = lambda: None
+        # Refuses a state that has lost contact: the next way may keep it
+        self.require_contact: Callable[[], None] = lambda: None
         self._lessons = Lessons(FULL)
         self._given = AsGiven(path, extrapolates, automatic)
         self._asked_for = forces = stabilization
@@ -72,6 +74,7 @@ class Strategies:
         self.others: tuple[Strategy, ...] = (
             *held,
             SoftStep(self._given),
+            PartialSteps(path, self._lessons),
             self._small_gamma,
             fading,
         )
@@ -205,6 +208,7 @@ class Strategies:
         def measured() -> int | None:
             iterations = way.solve(first)
             if iterations is not None:
+                self.require_contact()
                 self.balance = self._balanced(way.name, now)
             return iterations
 

@@ -9,12 +9,14 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..core.errors import ConvergenceError, SetUpError
+from ..core.problem import CoupledProblem
 from ..diagnose.trouble import is_in_trouble
 
 FULL, EXTRAPOLATED, SOFT = "full", "extrapolated", "soft start"
 SMALL_GAMMA, VISCOUS = "small gamma, line search", "viscous forces"
+PARTIAL = "partial steps"
 # A state remembers a way by its place: a new one goes to the end
-WAYS = (FULL, EXTRAPOLATED, SOFT, SMALL_GAMMA, VISCOUS)
+WAYS = (FULL, EXTRAPOLATED, SOFT, SMALL_GAMMA, VISCOUS, PARTIAL)
 
 
 class Strategy(Protocol):
@@ -62,11 +64,16 @@ def is_curable(failure: Exception, solver: Any, is_smallest: bool) -> bool:
     if not isinstance(failure, ConvergenceError):
         return True
     problem = solver.problem
-    # PETSc stops at a NaN without asking our test of convergence
-    broken = bool(problem.history) and not np.isfinite(problem.history[-1])
     norms = problem.convergence.norms
     ran_out = len(norms) > getattr(solver, "max_it", np.inf)
     found_none = getattr(solver, "finds_no_descent", False)
     if problem.convergence.jumped or is_in_trouble(norms):
         return True
-    return broken or (ran_out and is_smallest) or found_none
+    return is_broken(problem) or (ran_out and is_smallest) or found_none
+
+
+def is_broken(problem: CoupledProblem) -> bool:
+    """Whether the last solve ended at forces that are no numbers, as where cells turn
+    inside out."""
+    # PETSc stops there without asking our test of convergence
+    return bool(problem.history) and not np.isfinite(problem.history[-1])

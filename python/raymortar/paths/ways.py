@@ -1,4 +1,4 @@
-"""Strategies: soft start, small gamma, viscous forces."""
+"""Strategies: soft start, partial steps, small gamma, viscous forces."""
 
 from __future__ import annotations
 
@@ -6,15 +6,34 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
+from ..core.errors import SetUpError
 from ..core.solvers.newton import SNESSolver
+from ..core.state import State
 from ..diagnose.failure import FAILURES, iterations_of
 from ..solvers.correcting import correcting
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .load_path import PrescribedPath
 from .prediction import Lessons
-from .soft_start import lend_tenths, set_gammas, solve_by_small_gamma, with_line_search
-from .strategy import SMALL_GAMMA, SOFT, VISCOUS, Strategy, is_curable
+from .soft_start import (
+    lend_tenths,
+    set_gammas,
+    solve_by_small_gamma,
+    solve_roughly,
+    with_line_search,
+)
+from .strategy import (
+    PARTIAL,
+    SMALL_GAMMA,
+    SOFT,
+    VISCOUS,
+    Strategy,
+    is_broken,
+    is_curable,
+)
+
+# Smallest part of a step
+SMALLEST_PART = 0.25
 
 
 class SoftStep(Strategy):
@@ -32,6 +51,64 @@ class SoftStep(Strategy):
         """Solve for as long as the plain solver may."""
         with self._as_given.more_iterations():
             return self._as_given.plain.start_softly()
+
+
+class PartialSteps(Strategy):
+    """The solver as it was given, from where parts of the step lead.
+
+    It is for steps too large for one solve: the first iterations turn cells inside out.
+    Each part is solved roughly, from where the last one leads, and halved where that
+    fails. Only the whole step is kept. This goes first where it solved the last steps.
+    """
+
+    name = PARTIAL
+
+    def __init__(self, path: PrescribedPath, lessons: Lessons) -> None:
+        self._path, self._lessons = path, lessons
+
+    def goes_first(self) -> bool:
+        return self._lessons.first() == self.name
+
+    def is_of_use(self) -> bool:
+        # Springs break solves by points that open and close, in small steps as well
+        problem, path = self._path.solver.problem, self._path
+        has_springs = any(one.multiplier is None for one in problem.contact.contacts)
+        return path.has_parts and is_broken(problem) and not has_springs
+
+    def solve(self, first: bool = False) -> int:
+        solver, contact = self._path.solver, self._path.solver.problem.contact
+        now = contact.state()
+        before = here = now
+        iterations, done, last, size = 0, 0.0, 1.0, 0.5
+        while done < 1.0:
+            self._begin(now, done + size)
+            self._go_on(now, before, here, size / last)
+            try:
+                is_part = done + size < 1.0
+                iterations += (solve_roughly if is_part else iterations_of)(solver)
+            except FAILURES as failure:
+                size *= 0.5
+                if size < SMALLEST_PART or isinstance(failure, SetUpError):
+                    self._begin(now, 1.0)
+                    raise
+                continue
+            before, here = here, contact.state()
+            done, last = done + size, size
+        return iterations
+
+    def _begin(self, now: State, share: float) -> None:
+        """Set the loads of a part at the state where the step begins, which they may
+        change. Collective."""
+        self._path.solver.problem.contact.restore(now)
+        self._path.begin_part(share)
+
+    def _go_on(self, now: State, before: State, here: State, ratio: float) -> None:
+        """Go to the end of the last part, and on by a multiple of its change. Tractions
+        stay: those that go on close and open points."""
+        contact = self._path.solver.problem.contact
+        contact.states.extrapolate(here, now, 1.0)
+        end, begin = map(contact.states.values_of, (here, before))
+        contact.unknowns.set_values(end + ratio * (end - begin))
 
 
 class SmallGamma(Strategy):

@@ -12,7 +12,8 @@ import numpy as np
 from ..core.compat import Array, Indices, Mask
 from ..core.interface.point_results import OPEN
 from ..core.problem import CoupledProblem
-from ..diagnose.holding import bodies_at, touching
+from ..diagnose.holding import bodies_at
+from .bearing import bearing
 from .loads import NOISE, depend_on_place, have_changed
 from .rigid_moves import (
     DEEPEST,
@@ -75,7 +76,7 @@ class Landing:
         """
         contact, problem = self._contact, self._problem
         contact.update()
-        pairs = touching(contact, len(self._free))
+        pairs = bearing(problem, self._free, self._limit)
         if not in_flight(pairs, self._free)[0].any() or not may_move(problem):
             return None
         begin, work = contact.state(), 0.0

@@ -13,6 +13,7 @@ from ..core.interface.point_results import OPEN
 from ..core.interface.zone_data import ZoneData
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, sums_by_body, touching
+from .bearing import carried
 from .grip import coefficient, grips, has_friction
 from .loads import NOISE, forces_on, have_changed, resultants
 from .placement import Placement, placement_of, turned
@@ -231,20 +232,15 @@ class Settling:
         problem, contact = self._problem, self._contact
         if contact.system.axisymmetric:
             return np.ones(self._count, dtype=bool)
-        kept, carried = np.zeros(self._count), np.zeros(self._count + 1)
+        kept = np.zeros(self._count)
         for one in contact.contacts:
             for zone in one.zones:
                 if one.tied is not None or one.bond is not None:
                     kept[bodies_of(zone, contact)] = 1.0
-                points = zone.points()
-                hit = np.flatnonzero(points["status"] >= OPEN)
-                size = np.abs(points["traction"][hit]).sum(axis=1)
-                for bodies in bodies_at(contact, zone, points, hit):
-                    np.add.at(carried, bodies, points["weight"][hit] * size)
-        kept, carried = problem.comm.allreduce(np.array([kept, carried[:-1]]))
+        kept, forces = problem.comm.allreduce(kept), carried(contact).sum(axis=1)
         loads = loads_of(problem, self._limit)
         held = ~loads.axes.all(axis=1)
-        return np.asarray(held | (kept > 0.0) | (carried > NOISE * loads.amounts))
+        return np.asarray(held | (kept > 0.0) | (forces[:-1] > NOISE * loads.amounts))
 
     def _load(self, placement: Placement, forces: Array) -> Array:
         """Find forces at the owned dofs of u along the rigid motions of the bodies that

@@ -11,7 +11,8 @@ import numpy as np
 from ..core.compat import Mask
 from ..core.errors import ConvergenceError, SetUpError
 from ..diagnose.failure import FAILURES
-from ..diagnose.holding import has_no_springs, touching, unheld_axes
+from ..diagnose.holding import has_no_springs, unheld_axes
+from .bearing import bearing
 from .budget import Budget
 from .grip import has_friction
 from .held_motions import SETTLED, HeldMotions
@@ -82,8 +83,9 @@ class Stabilization(HeldMotions):
         if self.is_lost or not (self.has_loose or self._guided.any()):
             return False
         self._contact.update()
-        pairs = touching(self._contact, len(self._loose))
-        is_free, _ = in_flight(pairs, self._loose | self._guided)
+        bodies = self._loose | self._guided
+        pairs = bearing(self._problem, bodies, self._facet)
+        is_free, _ = in_flight(pairs, bodies)
         is_loose = is_free & self._loose
         if is_loose.any() and not self.is_asked_for:
             is_loose &= self._is_unsprung()

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 import ufl
-from arriving import loose_stack
+from arriving import loose_stack, on_tools
+from first_tries import read
 from load_paths import body_above, nodal, resting
-from pathing import take
+from pathing import Path, take
 from problems import worst
 
 from raymortar import ConvergenceError, Coulomb
@@ -217,3 +218,27 @@ def test_a_step_that_fails_has_no_work(monkeypatch):
     with pytest.raises(ConvergenceError, match="as asked"):
         forces.solve()
     assert forces.work == 0.0
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("friction, most", [(None, 3), (0.3, 6)])
+@pytest.mark.parametrize("gap", [0.3, 2.0])
+def test_a_body_falls_along_walls_that_it_touches(friction, most, gap):
+    """No load presses it on them: 16 and 18 tangents where they counted as held."""
+
+    def draw(occ):
+        return {"block": occ.addRectangle(0, gap, 0, 1.0, 1.0)}, {
+            "skin": ("block", lambda x, y: True)
+        }
+
+    lines = [((0, 0), (0, 1)), ((0, 0), (1, 0)), ((1, 0), (-1, 0))]
+    problem, _, weight = on_tools(
+        read(draw, 0.2), "skin", lines, 1, 1e4, lambda weight: weight, friction
+    )
+
+    def load(t):
+        weight.value = 10.0 * t
+
+    found = take(Path(problem, load, 2))
+    assert found.arrived and found.tangents <= most
+    assert problem.contact.resultant().force == pytest.approx([0.0, 10.0], abs=1e-8)
