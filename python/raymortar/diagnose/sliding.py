@@ -44,17 +44,19 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
         along = _along(pressed[body], axes) | _along(faced[body], axes)
         if along.any():
             sliding.setdefault(", ".join(AXES[i] for i in axes[along]), []).append(body)
-    for directions, bodies in sliding.items():
-        them, place = "it", "its place is"
-        if len(bodies) > 1:
-            them, place = "them", "their places are"
+    for directions, (first, *others) in sliding.items():
+        text = f"nothing holds it along {directions}, so that its place is arbitrary"
+        if len(others) == 1:
+            text += f", and that of {names[others[0]]}"
+        elif others:
+            text += f", and those of {len(others)} others"
         yield Finding(
-            " and ".join(names[body] for body in bodies),
+            names[first],
             (),
-            f"nothing holds {them} along {directions}, so that {place} arbitrary",
+            text,
             "Prescribe it there, or give friction",
             1.0,
-            about=("sliding", *bodies),
+            about=("sliding", first, *others),
         )
 
 

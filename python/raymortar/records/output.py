@@ -56,7 +56,8 @@ class LoadStep:
     strategy
         Way that solved the step: ``"full"``, the solver as it was given;
         ``"extrapolated"``, from where the last step led, as asked; ``"soft start"``,
-        ``"small gamma, line search"`` or ``"viscous forces"``: see `LoadSteps`.
+        ``"partial steps"``, ``"small gamma, line search"`` or ``"viscous forces"``: see
+        `LoadSteps`.
     released
         Bounds (least, most) of the energy that a snap within the step has set free. The
         step does not know the load of the snap: smaller steps narrow them. With a least
