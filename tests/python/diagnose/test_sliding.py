@@ -101,7 +101,5 @@ def test_bodies_that_may_slide_alike_are_told_of_at_once():
     path.apply(1.0)
     ((body, text),) = told(path.problem)
     assert body.startswith("the body around (0.5, ")
-    alike = (
-        "nothing holds it along x, so that its place is arbitrary; the same goes for "
-    )
+    along = "nothing holds it along x, so that its place is arbitrary, and that of "
     assert text.startswith(along + "the body around (0.5, ")
