@@ -327,8 +327,6 @@ class LoadSteps:
                 if (text := follower.path_ended()) is not None:
                     warn(text)
 
-    # Parts of a step
-
     def _begin_step(self) -> None:
         """Set the loads of a step before it is solved."""
         self._path.begin()
@@ -383,7 +381,8 @@ class LoadSteps:
     ) -> ConvergenceError:
         """Make the error of a failed step, after its start is restored. Collective."""
         contact, failed = self._problem.contact, self._path.describe()
-        texts: list[Any] = [*more, failure]
+        # Where a body is lost, all else that is said of the failed iterate follows from it
+        texts: list[Any] = [*more, str(failure).split(":")[0] if more else failure]
         if isinstance(failure, BodyLeft):
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:

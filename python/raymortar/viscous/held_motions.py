@@ -14,10 +14,13 @@ from ..core.finding import Finding
 from ..core.interface.zone_data import mean_facet_size
 from ..core.state import State
 from ..diagnose.failure import attempt, iterations_of
+from ..diagnose.holding import has_no_springs, touched
 from ..diagnose.rigid_motions import motion_in_words
 from ..solvers.settings import temporarily
 from .approach import Approach
 from .budget import GAIN, MOST_IDLE, Backoff, Budget
+from .grip import grips, has_friction
+from .loads import forces_on, resultants
 from .viscosity import Viscosity
 
 # Largest motion of loose bodies in one solve, in sizes of slave facets. Contact is
@@ -318,10 +321,22 @@ class HeldMotions:
         self.gave_up = (
             f"{problem.convergence.groups.names()[body]} goes on to "
             f"{motion_in_words(problem, body, change)} under viscous forces of "
-            f"{share:.2g} of its forces, in {MOST_IDLE} tangents: nothing stops it. "
-            "stabilize=True goes on for longer"
+            f"{share:.2g} of its forces, in {MOST_IDLE} tangents: nothing stops it"
+            f"{self._may_be_borne(body)}"
         )
         raise ConvergenceError(self.gave_up)
+
+    def _may_be_borne(self, body: int) -> str:
+        """Say whether what a body touches may bear its load. Collective."""
+        contact, at = self._contact, np.ones(len(self._loose) + 1, dtype=np.int32)
+        touches = bool(touched(contact, len(self._loose))[body])
+        at[body] = 0
+        load, _ = resultants(self._problem, forces_on(self._problem))
+        if touches and has_no_springs(self._problem)[body]:
+            if not grips(contact, at, load[[body]]):
+                friction = ", with friction," if has_friction(contact) else ""
+                return f", as contact{friction} does not bear its load"
+        return ". stabilize=True goes on for longer"
 
     def _motions(self) -> tuple[Array, float]:
         """Find the motions of all bodies and the largest of loose ones. Collective."""

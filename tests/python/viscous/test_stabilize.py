@@ -170,3 +170,21 @@ def test_a_history_with_records_takes_no_more_columns():
     LoadSteps(steps.solver, steps.apply, 1, history=history).run()
     with pytest.raises(ContactError, match="takes no more columns"):
         LoadSteps(steps.solver, steps.apply, 1, history=history, stabilize=True)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("aside, bears", [(0.4, False), (-0.4, False), (0.2, True)])
+def test_an_error_says_that_friction_does_not_bear_a_load(aside, bears):
+    """And nothing of the iterate at which the last solve ended."""
+    _, steps, _ = resting("quadrilateral", 0.0, Coulomb(0.3), aside=aside)
+    if bears:
+        assert steps.run()
+        return
+    with pytest.raises(ConvergenceError) as caught:
+        steps.run()
+    text = str(caught.value)
+    assert "(0.5, 1.5) goes on to move along x under viscous forces" in text
+    assert (
+        "nothing stops it, as contact, with friction, does not bear its load;" in text
+    )
+    assert "stabilize=True" not in text and "within reach" not in text
