@@ -103,14 +103,13 @@ def bodies_at(
 
 
 def sums_by_body(problem: CoupledProblem, values: Array) -> Array:
-    """Sum values at the owned dofs of u over this rank's part of each body, (values,
-    bodies)."""
+    """Sum values at the owned nodes or dofs of u over this rank's part of each body,
+    (values, bodies)."""
     contact, n = problem.contact, problem.convergence.groups.bodies
-    nodes = np.repeat(
-        contact.system.bodies.dofs, contact.u.function_space.dofmap.index_map_bs
-    )
-    sums = [np.bincount(nodes[: values.shape[1]], each, n) for each in values]
-    return np.array(sums, dtype=float)
+    owned = contact.u.function_space.dofmap.index_map.size_local
+    of = contact.system.bodies.dofs[:owned]
+    of = np.repeat(of, values.shape[1] // max(owned, 1))
+    return np.array([np.bincount(of, each, n) for each in values], dtype=float)
 
 
 def largest_motions(contact: Interaction, u: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.compat import Array, Indices
 from ..core.problem import CoupledProblem
+from ..diagnose.holding import sums_by_body
 from ..diagnose.rigid_motions import rigid_motions
 
 
@@ -67,10 +68,7 @@ def _means(problem: CoupledProblem, x: Array, weight: Array) -> tuple[Array, Arr
 
 def _sums(problem: CoupledProblem, values: Array) -> Array:
     """Sum values at owned nodes by body, (values, bodies). Collective."""
-    bodies = problem.contact.system.bodies
-    of = bodies.dofs[: values.shape[1]]
-    sums = [np.bincount(of, each, bodies.count) for each in values]
-    return np.asarray(problem.comm.allreduce(np.array(sums)))
+    return np.asarray(problem.comm.allreduce(sums_by_body(problem, values)))
 
 
 def _rigid_motions(x: Array) -> Array:
