@@ -19,6 +19,8 @@ from .holding import AXES, bodies_at, free_axes
 # Sum of the squared cosines between normals and a direction, of all closed points, below
 # which contact does not hold a body along it: normals that differ by half a degree
 HOLDS = 1e-4
+# Cosine between the normals of both sides below which an edge is in contact
+SMOOTH = 0.9
 
 
 def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
@@ -56,7 +58,7 @@ def sliding_bodies(problem: CoupledProblem) -> Iterator[Finding]:
             text,
             "Prescribe it there, or give friction",
             1.0,
-            about=("sliding", first, *others),
+            about=("sliding", directions),
         )
 
 
@@ -86,8 +88,12 @@ def _normals(contact: Interaction, count: int) -> Array:
                 at = points["status"] >= least
                 n = points[name][at]
                 each = n[:, :, None] * n[:, None, :]
-                if holds_all:
-                    each = np.broadcast_to(np.eye(dim), each.shape)
+                # An edge holds what faces it along the other side's normals
+                cosine = -np.einsum(
+                    "nd,nd->n", points["normal"], points["master_normal"]
+                )
+                is_edge = (points["status"] >= CLOSED) & (cosine < SMOOTH)
+                each[is_edge[at] | holds_all] = np.eye(dim)
                 each = each * points["weight"][at][:, None, None]
                 bodies = bodies_at(contact, zone, points, at)
                 differ = bodies[0] != bodies[1]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from functools import partial
+from weakref import WeakMethod
 
 from ..core.errors import ConvergenceError
 from ..core.finding import Finding
@@ -74,7 +75,7 @@ class Strategies:
         self.others: tuple[Strategy, ...] = (
             *held,
             SoftStep(self._given),
-            PartialSteps(path, self._lessons),
+            PartialSteps(path, self._lessons, WeakMethod(self.restore)),
             self._small_gamma,
             fading,
         )

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from typing import Any
+from weakref import WeakMethod
+
+import numpy as np
 
 from ..core.errors import SetUpError
+from ..core.interaction import Interaction
+from ..core.interface.point_results import CLOSED
 from ..core.solvers.newton import SNESSolver
 from ..core.state import State
 from ..diagnose.failure import FAILURES, iterations_of
+from ..diagnose.few_facets import ENOUGH
 from ..solvers.correcting import correcting
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
@@ -63,17 +69,25 @@ class PartialSteps(Strategy):
 
     name = PARTIAL
 
-    def __init__(self, path: PrescribedPath, lessons: Lessons) -> None:
-        self._path, self._lessons = path, lessons
+    def __init__(
+        self,
+        path: PrescribedPath,
+        lessons: Lessons,
+        restore: WeakMethod[Callable[[State], None]],
+    ) -> None:
+        self._path, self._lessons, self._restore = path, lessons, restore
 
     def goes_first(self) -> bool:
         return self._lessons.first() == self.name
 
     def is_of_use(self) -> bool:
-        # Springs break solves by points that open and close, in small steps as well
-        problem, path = self._path.solver.problem, self._path
-        has_springs = any(one.multiplier is None for one in problem.contact.contacts)
-        return path.has_parts and is_broken(problem) and not has_springs
+        """Tell whether the step is too large for what many facets carry. Few break solves
+        at corners and edges, in small steps as well."""
+        problem = self._path.solver.problem
+        if not (self._path.has_parts and is_broken(problem)):
+            return False
+        dim = problem.contact.u.function_space.dofmap.index_map_bs
+        return _closed_facets(problem.contact) >= ENOUGH ** (dim - 1)
 
     def solve(self, first: bool = False) -> int:
         solver, contact = self._path.solver, self._path.solver.problem.contact
@@ -88,7 +102,8 @@ class PartialSteps(Strategy):
                 iterations += (solve_roughly if is_part else iterations_of)(solver)
             except FAILURES as failure:
                 size *= 0.5
-                if size < SMALLEST_PART or isinstance(failure, SetUpError):
+                may_help = is_broken(solver.problem) and size >= SMALLEST_PART
+                if not may_help or isinstance(failure, SetUpError):
                     self._begin(now, 1.0)
                     raise
                 continue
@@ -99,7 +114,9 @@ class PartialSteps(Strategy):
     def _begin(self, now: State, share: float) -> None:
         """Set the loads of a part at the state where the step begins, which they may
         change. Collective."""
-        self._path.solver.problem.contact.restore(now)
+        restore = self._restore()
+        assert restore is not None
+        restore(now)
         self._path.begin_part(share)
 
     def _go_on(self, now: State, before: State, here: State, ratio: float) -> None:
@@ -109,6 +126,16 @@ class PartialSteps(Strategy):
         contact.states.extrapolate(here, now, 1.0)
         end, begin = map(contact.states.values_of, (here, before))
         contact.unknowns.set_values(end + ratio * (end - begin))
+
+
+def _closed_facets(contact: Interaction) -> int:
+    """Count the slave facets with a point in contact. Collective."""
+    contact.update()
+    count = 0
+    for zone in (zone for zone in contact.zones if not zone.tied):
+        points = zone.points()
+        count += len(np.unique(points["slave"][points["status"] >= CLOSED]))
+    return int(contact.layout.comm.allreduce(count))
 
 
 class SmallGamma(Strategy):

@@ -11,6 +11,7 @@ from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
 from ..core.problem import CoupledProblem
 from ..diagnose.holding import bodies_at, touching
+from .grip import coefficient
 from .loads import NOISE
 from .rigid_moves import Loads, bodies_of, in_flight, loads_of
 
@@ -63,15 +64,17 @@ def _bear(problem: CoupledProblem, loads: Loads, forces: Array) -> Mask:
 
 def _pressing(contact: Interaction, ways: Array) -> Mask:
     """Whether the load of one of two bodies presses it on the other where they touch, or
-    something ties them, (bodies + 1, bodies + 1), given the directions of the loads,
-    (bodies, d). Collective."""
+    friction, a tie or a bond may hold them, (bodies + 1, bodies + 1), given the
+    directions of the loads, (bodies, d). Collective."""
     ways = np.vstack([ways, np.zeros_like(ways[:1])])
     found = np.zeros((len(ways), len(ways)), dtype=bool)
     for one in contact.contacts:
         for zone in one.zones:
-            if one.tied is not None or one.bond is not None:
-                tied = np.append(bodies_of(zone, contact), True)
-                found |= tied & tied[:, None]
+            # Pressure that other loads bring may let friction bear this one
+            is_held = one.tied is not None or one.bond is not None
+            if is_held or coefficient(one.friction) > 0.0:
+                held = np.append(bodies_of(zone, contact), True)
+                found |= held & held[:, None]
                 continue
             points = zone.points()
             closed = np.flatnonzero(points["status"] >= CLOSED)

@@ -10,22 +10,23 @@ import raymortar
 from meshes.scenes import two_blocks
 from raymortar import ConvergenceError
 from raymortar.paths import ways
+from raymortar.paths.load_path import PrescribedPath
 from raymortar.paths.strategy import FULL, PARTIAL, SMALL_GAMMA
 
 PUSH = 0.1
 
 
-def punch(steps, friction=None, nu=0.4999, solver=SOLVERS[0], called=None):
+def punch(steps, friction=None, solver=SOLVERS[0], called=None, facets=5):
     """Path of a narrow block that is pressed into a wide one, both hardly compressible.
-    `called` takes the load factors, the steps' sizes and the largest displacements with
+    The punch has so many `facets`. `called` takes the load factors, the steps' sizes and the largest displacements with
     which loads are set."""
-    scene = two_blocks(COMM, 2, "quadrilateral", 7, 5, upper_size=(0.6, 1.0))
+    scene = two_blocks(COMM, 2, "quadrilateral", 7, facets, upper_size=(0.6, 1.0))
     top = fem.Constant(scene.mesh, np.zeros(2))
 
     def held(V, scene):
         return [fix(V, scene, "bottom"), fix(V, scene, "top", None, top)]
 
-    options = {"nu": nu, "bcs": held, "friction": friction}
+    options = {"nu": 0.4999, "bcs": held, "friction": friction}
     problem = build(scene, 2, "neo-hookean", **options).problem
 
     def push(t, size):
@@ -108,3 +109,28 @@ def test_a_state_that_has_lost_contact_gives_way_to_the_next_way(monkeypatch):
     path, _ = punch(1)
     found = take(path)
     assert found.arrived and found.ways == {SMALL_GAMMA: 1}
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("facets, tries", [(5, [0.5]), (3, [])])
+def test_contact_of_few_facets_is_not_solved_in_parts(facets, tries, monkeypatch):
+    """Their corners break solves in small steps as well."""
+    shares, begin = [], PrescribedPath.begin_part
+
+    def begin_part(path, share):
+        shares.append(share)
+        begin(path, share)
+
+    monkeypatch.setattr(PrescribedPath, "begin_part", begin_part)
+    path, _ = punch(1, facets=facets)
+    assert take(path).arrived
+    assert [share for share in shares if share < 1.0] == tries
+
+
+@pytest.mark.mpi
+def test_a_state_of_the_users_own_goes_back_before_each_part():
+    """Its trial values are of a solve that broke."""
+    rejected = []
+    path, _ = punch(1)
+    found = take(path, on_reject=lambda: rejected.append(True))
+    assert found.ways == {PARTIAL: 1} and len(rejected) >= 3

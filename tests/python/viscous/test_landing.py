@@ -10,6 +10,8 @@ from pathing import Path, take
 from problems import worst
 
 from raymortar import ConvergenceError, Coulomb
+from raymortar.diagnose.holding import touching
+from raymortar.viscous.bearing import bearing
 from raymortar.viscous.landing import Landing
 from raymortar.viscous.loads import depend_on_place
 from raymortar.viscous.stabilization import Stabilization
@@ -220,16 +222,13 @@ def test_a_step_that_fails_has_no_work(monkeypatch):
     assert forces.work == 0.0
 
 
-@pytest.mark.mpi
-@pytest.mark.parametrize("friction, most", [(None, 3), (0.3, 6)])
-@pytest.mark.parametrize("gap", [0.3, 2.0])
-def test_a_body_falls_along_walls_that_it_touches(friction, most, gap):
-    """No load presses it on them: 16 and 18 tangents where they counted as held."""
+def between_walls(gap, friction=None):
+    """A block that touches two walls, a gap above a floor, under a weight. The result is
+    the problem and its path."""
 
     def draw(occ):
-        return {"block": occ.addRectangle(0, gap, 0, 1.0, 1.0)}, {
-            "skin": ("block", lambda x, y: True)
-        }
+        block = occ.addRectangle(0, gap, 0, 1.0, 1.0)
+        return {"block": block}, {"skin": ("block", lambda x, y: True)}
 
     lines = [((0, 0), (0, 1)), ((0, 0), (1, 0)), ((1, 0), (-1, 0))]
     problem, _, weight = on_tools(
@@ -239,6 +238,25 @@ def test_a_body_falls_along_walls_that_it_touches(friction, most, gap):
     def load(t):
         weight.value = 10.0 * t
 
-    found = take(Path(problem, load, 2))
-    assert found.arrived and found.tangents <= most
+    return problem, Path(problem, load, 2)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("gap", [0.3, 2.0])
+def test_a_body_falls_along_walls_that_it_touches(gap):
+    """No load presses it on them: 6 tangents where they counted as what holds it."""
+    problem, path = between_walls(gap)
+    found = take(path)
+    assert found.arrived and found.tangents <= 3
     assert problem.contact.resultant().force == pytest.approx([0.0, 10.0], abs=1e-8)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("friction, bears", [(None, False), (0.3, True)])
+def test_walls_may_bear_by_friction_what_presses_on_none(friction, bears):
+    """Pressure may come from elsewhere, as from what grips the body or from its heat."""
+    problem, path = between_walls(0.3, friction)
+    path.apply(1.0)
+    problem.contact.update()
+    pairs = bearing(problem, np.array([True]), 0.2)
+    assert touching(problem.contact, 1)[0, 1] and pairs[0, 1] == bears
