@@ -15,15 +15,16 @@ from raymortar import AugmentedLagrangian, CondensedProblem, Coulomb, SNESSolver
 
 NODES = AugmentedLagrangian(condition="nodes")
 WALL = ["lower_left", "upper_left"]
-# Height and load of two strips of length 4, on which the forces of dual functions were
-# 6.6 and 1.9 times the load
+# Height and load of two strips, on which the forces of dual functions were 6.6 and 1.9
+# times the load
+LENGTH = 4.0
 STRIPS = {1: (0.4, 0.3), 2: (0.1, 0.002)}
 
 
 def strips(degree, method, friction=None):
     """Clamped at one end; the lower one, of finer cells, is pulled off the upper one."""
     height, load = STRIPS[degree]
-    size = (4.0, height)
+    size = (LENGTH, height)
     counts = [(16, 3 - degree), (8, 3 - degree)]
     scene = two_blocks(
         COMM, 2, "quadrilateral", *counts, lower_size=size, upper_size=size
@@ -66,7 +67,10 @@ def test_no_force_acts_where_all_opens(degree, friction):
     F, _, load = residual(other.scene, other.u, loaded=["bottom"])
     load.value[:] = other.load.value
     newton(CondensedProblem(F, other.u, other.contact, other.problem.bcs))
-    assert worst(other.u.x.array - dual.u.x.array) < 1e-9 * worst(dual.u.x.array)
+    # Rounding of forces that stretch moves what bends, by the ratio of both stiffnesses
+    rounding = np.finfo(float).eps * (LENGTH / STRIPS[degree][0]) ** 4
+    change = worst(other.u.x.array - dual.u.x.array)
+    assert change < 10.0 * rounding * worst(dual.u.x.array)
 
 
 @pytest.mark.quick
