@@ -382,7 +382,8 @@ class LoadSteps:
         """Make the error of a failed step, after its start is restored. Collective."""
         contact, failed = self._problem.contact, self._path.describe()
         # Where a body is lost, all else that is said of the failed iterate follows from it
-        texts: list[Any] = [*more, str(failure).split(":")[0] if more else failure]
+        head = str(failure).split(" (")[0].split(":")[0]
+        texts: list[Any] = [*more, head if more else failure]
         if isinstance(failure, BodyLeft):
             return ConvergenceError(f"{failed}: {failure}")
         if contact.layout.bodies:
@@ -391,7 +392,7 @@ class LoadSteps:
         if not isinstance(failure, ContactLost):
             texts += propose_nodes(self._problem)
             texts += [one.advice for one in self._problem.terms if one.advice]
-            if self.control is None:
+            if self.control is None and not more:
                 texts += what_limits(self._problem, self.max_halvings)
         return ConvergenceError(
             f"{failed} after {self.max_halvings} halvings of the step: "
