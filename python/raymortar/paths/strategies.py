@@ -256,8 +256,11 @@ class Strategies:
 
     def gave_up(self) -> list[str]:
         """Tell what the last failed step was given up for besides its own failure."""
-        forces = self._forces if self._asked_for is None else None
-        return [forces.gave_up] if forces and forces.gave_up else []
+        forces = self._forces
+        if forces is None:
+            return []
+        is_told = forces.gave_up and self._asked_for is None
+        return [forces.gave_up or ""] if is_told else forces.unborne()
 
     def accepted(self, begin: State) -> None:
         """Note that the step is accepted which began at a state."""

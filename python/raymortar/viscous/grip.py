@@ -10,6 +10,7 @@ from scipy.optimize import nnls
 
 from ..core.compat import Array, Indices
 from ..core.interaction import Interaction
+from ..core.interface.point_results import OPEN
 from ..core.options.friction import Coulomb
 from ..diagnose.holding import bodies_at, met
 
@@ -23,7 +24,7 @@ EDGES = 8
 STICKS = 1e3
 
 
-def grips(contact: Interaction, at: Indices, load: Array) -> bool:
+def grips(contact: Interaction, at: Indices, load: Array, faced: bool = False) -> bool:
     """Whether forces in the cones of friction, at points where bodies touch, bear
     the resultants of bodies. Turns are left out: a body may roll, but not slide.
 
@@ -37,9 +38,11 @@ def grips(contact: Interaction, at: Indices, load: Array) -> bool:
         move the number of rows.
     load
         Resultants, (moving, d). Force.
+    faced
+        Whether what is in reach counts as touched.
     """
     comm, (count, dim) = contact.layout.comm, load.shape
-    touching = np.concatenate([np.empty((0, 3 + dim)), *_touching(contact, at)])
+    touching = np.concatenate([np.empty((0, 3 + dim)), *_touching(contact, at, faced)])
     every = np.unique(np.concatenate(comm.allgather(touching)), axis=0)
     bodies, mu, n = every[:, :2].astype(int), every[:, 2], every[:, 3:]
     n = n / np.linalg.norm(n, axis=1)[:, None]
@@ -56,14 +59,15 @@ def grips(contact: Interaction, at: Indices, load: Array) -> bool:
     return bool(left <= LEFT * np.linalg.norm(load))
 
 
-def _touching(contact: Interaction, at: Indices) -> Iterator[Array]:
-    """Yield what differs among the points of each zone on this rank that are closed: rows
-    of the slave and the master in the load, coefficient and normal, (n, 3 + d)."""
+def _touching(contact: Interaction, at: Indices, faced: bool) -> Iterator[Array]:
+    """Yield what differs among the points of each zone on this rank that are closed, or
+    all that are `faced`: rows of the slave and the master in the load, coefficient and normal, (n, 3 + d).
+    """
     for one in contact.contacts:
         mu = coefficient(one.friction)
         for zone in one.zones if one.tied is None else ():
             points = zone.points()
-            closed = met(points, inside=True)
+            closed = points["status"] >= OPEN if faced else met(points, inside=True)
             rows = at[bodies_at(contact, zone, points, closed)].T
             n = np.round(points["master_normal"][closed], DIGITS)
             columns = [rows, np.full((len(n), 1), mu), n]

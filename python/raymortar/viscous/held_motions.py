@@ -328,15 +328,41 @@ class HeldMotions:
 
     def _may_be_borne(self, body: int) -> str:
         """Say whether what a body touches may bear its load. Collective."""
-        contact, at = self._contact, np.ones(len(self._loose) + 1, dtype=np.int32)
-        touches = bool(touched(contact, len(self._loose))[body])
+        if self._is_borne(body, faced=False):
+            return ". stabilize=True goes on for longer"
+        return f", as contact{self._friction} does not bear its load"
+
+    def unborne(self) -> list[str]:
+        """Tell which loose bodies touch something, and have a load that nothing in reach
+        can bear. Collective."""
+        self._contact.update()
+        names = self._problem.convergence.groups.names()
+        return [
+            f"contact{self._friction} does not bear the load of {names[body]}"
+            for body in np.flatnonzero(self._loose)
+            if not self._is_borne(int(body), faced=True)
+        ]
+
+    def _is_borne(self, body: int, faced: bool) -> bool:
+        """Whether contact may bear the load of a body that touches something, if others
+        stay; True where springs, hoops, ties, bonds or terms may. Collective."""
+        problem, contact, count = self._problem, self._contact, len(self._loose)
+        may_be_tied = any(
+            one.tied is not None or one.bond is not None for one in contact.contacts
+        )
+        if may_be_tied or problem.terms or problem.constraints is not None:
+            return True
+        lies = touched(contact, count) & has_no_springs(problem)
+        if contact.system.axisymmetric or not lies[body]:
+            return True
+        at = np.ones(count + 1, dtype=np.int32)
         at[body] = 0
-        load, _ = resultants(self._problem, forces_on(self._problem))
-        if touches and has_no_springs(self._problem)[body]:
-            if not grips(contact, at, load[[body]]):
-                friction = ", with friction," if has_friction(contact) else ""
-                return f", as contact{friction} does not bear its load"
-        return ". stabilize=True goes on for longer"
+        load, _ = resultants(problem, forces_on(problem))
+        return grips(contact, at, load[[body]], faced)
+
+    @property
+    def _friction(self) -> str:
+        return ", with friction," if has_friction(self._contact) else ""
 
     def _motions(self) -> tuple[Array, float]:
         """Find the motions of all bodies and the largest of loose ones. Collective."""

@@ -6,6 +6,7 @@ from load_paths import resting, top_moves, under_a_press
 from problems import CELLS_2D, SOLVERS, worst
 
 from raymortar import ContactError, ConvergenceError, Coulomb, History, LoadSteps
+from raymortar.viscous.stabilization import Stabilization
 
 GAPS = [0.0, 1e-6, 0.1, 5.0]
 
@@ -189,3 +190,23 @@ def test_an_error_says_that_friction_does_not_bear_a_load(aside, bears):
     )
     for other in ("stabilize=True", "within reach", "control=", "("):
         assert other not in text.split("does not bear its load")[1]
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize(
+    "friction, aside, gap, told",
+    [
+        (Coulomb(0.3), 0.4, 0.0, "contact, with friction, does not bear the load of"),
+        (Coulomb(0.3), 0.2, 0.0, None),
+        (None, 0.1, 0.0, "contact does not bear the load of"),
+        (None, 0.0, 0.0, None),
+        (Coulomb(0.3), 0.4, 0.1, None),  # it touches nothing yet
+    ],
+)
+def test_loads_that_contact_does_not_bear_are_known_before_a_solve(
+    friction, aside, gap, told
+):
+    problem, steps, _ = resting("quadrilateral", gap, friction, aside=aside)
+    steps.apply(0.5)
+    found = Stabilization(problem.snes_solver, 1.0).unborne()
+    assert found == ([f"{told} the body around (0.5, 1.5)"] if told else [])
