@@ -16,6 +16,7 @@ import raymortar
 from raymortar import rigid
 from raymortar.core import compat
 from raymortar.diagnose.findings import findings
+from raymortar.diagnose.sliding import sliding_bodies
 
 sys.path.append(str(Path(__file__).parents[3] / "benchmarks" / "robustness"))
 
@@ -91,8 +92,14 @@ def test_nothing_is_told_of_a_disc_that_friction_or_a_groove_holds(lines, fricti
 
 @pytest.mark.parametrize("slope", [SLOPE, 0.9])
 def test_a_ball_may_slide_along_a_groove(slope):
-    ((_, text),) = told(ball(slope))
-    assert text.startswith("nothing holds it along y,")
+    """Its normals differ. It is pressed into the groove, and not solved for: some meshes
+    go on to turn."""
+    problem = ball(slope)
+    u = problem.contact.u.x.array.reshape(-1, 3)
+    u[:, 2] -= 0.02
+    problem.contact.update()
+    (found,) = sliding_bodies(problem)
+    assert found.text.startswith("nothing holds it along y,")
 
 
 @pytest.mark.mpi
