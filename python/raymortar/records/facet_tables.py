@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -38,7 +39,8 @@ class _Slots:
         """Values at the dofs of the cell, 0 off the facet, of those of facets."""
         values = np.zeros((len(of), self.size, *of.shape[2:]))
         values[np.arange(len(of))[:, None], self.dofs] = of
-        return values.reshape(len(of), -1)
+        # A rank may have no facets, of which -1 finds no number of columns
+        return values.reshape(len(of), math.prod(values.shape[1:]))
 
 
 def is_by_facet(one: Quantity) -> bool:

@@ -15,6 +15,7 @@ from problems import COMM, worst
 from raymortar import AugmentedLagrangian, Checkpoint, ContactError
 from raymortar.core import compat
 from raymortar.io.partitions import strips
+from raymortar.records.facet_tables import _Slots
 from raymortar.records.tables import MARK
 
 pytestmark = pytest.mark.mpi
@@ -270,3 +271,14 @@ def test_functions_that_a_file_cannot_have_are_refused(folder):
         model.checkpoint(path).write("end")
     with pytest.raises(ContactError, match="nowhere/path.chk.* cannot be written"):
         model.checkpoint(folder / "nowhere" / "path.chk").write(0.0)
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("facets", [0, 2])
+def test_rows_of_a_rank_have_as_many_columns_with_facets_as_without(facets):
+    """Some partitions leave a rank without slave facets."""
+    dofs = np.tile([1, 2], (facets, 1))
+    slots = _Slots(None, np.arange(facets), dofs, 4)
+    for width in ((), (2,)):
+        rows = slots.row(np.ones((facets, 2, *width)))
+        assert rows.shape == (facets, 4 * np.prod(width, dtype=int))
