@@ -19,7 +19,7 @@ from .holding import AXES, bodies_at, free_axes
 # Sum of the squared cosines between normals and a direction, of all closed points, below
 # which contact does not hold a body along it: normals that differ by half a degree
 HOLDS = 1e-4
-# Cosine between the normals of both sides below which an edge is in contact
+# Cosine of the angle between the surfaces at a closed point below which it is at an edge
 SMOOTH = 0.9
 
 
@@ -82,17 +82,15 @@ def _normals(contact: Interaction, count: int) -> Array:
         holds_all = one.friction is not None or one.tied is not None
         for zone in one.zones:
             points = zone.points()
+            cosine = -np.einsum("nd,nd->n", points["normal"], points["master_normal"])
+            # An edge that is in contact may hold bodies along the surface
+            is_edge = (points["status"] >= CLOSED) & (cosine < SMOOTH)
             for total, name, least in zip(
                 sums, ("normal", "master_normal"), (CLOSED, OPEN)
             ):
                 at = points["status"] >= least
                 n = points[name][at]
                 each = n[:, :, None] * n[:, None, :]
-                # An edge holds what faces it along the other side's normals
-                cosine = -np.einsum(
-                    "nd,nd->n", points["normal"], points["master_normal"]
-                )
-                is_edge = (points["status"] >= CLOSED) & (cosine < SMOOTH)
                 each[is_edge[at] | holds_all] = np.eye(dim)
                 each = each * points["weight"][at][:, None, None]
                 bodies = bodies_at(contact, zone, points, at)

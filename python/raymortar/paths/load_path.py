@@ -133,8 +133,8 @@ class ArcSizes(StepSizes):
 class PrescribedPath:
     """Lead steps by the load factor, with which `apply` is called.
 
-    `factor` is the load factor of the last accepted step. A part of a step is a step where
-    the path `has_parts`.
+    `factor` is the load factor of the last accepted step. `has_parts` tells whether a step
+    may be solved in parts.
     """
 
     has_parts = True

@@ -259,8 +259,9 @@ class Strategies:
         forces = self._forces
         if forces is None:
             return []
-        is_told = forces.gave_up and self._asked_for is None
-        return [forces.gave_up or ""] if is_told else forces.unborne()
+        if forces.gave_up and self._asked_for is None:
+            return [forces.gave_up]
+        return forces.unborne()
 
     def accepted(self, begin: State) -> None:
         """Note that the step is accepted which began at a state."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.compat import Array
+from ..core.compat import Array, Mask
 from ..core.errors import ConvergenceError, warn
 from ..core.finding import Finding
 from ..core.interface.zone_data import mean_facet_size
@@ -328,7 +328,7 @@ class HeldMotions:
 
     def _may_be_borne(self, body: int) -> str:
         """Say whether what a body touches may bear its load. Collective."""
-        if self._is_borne(body, faced=False):
+        if not self._unborne(faced=False)[body]:
             return ". stabilize=True goes on for longer"
         return f", as contact{self._friction} does not bear its load"
 
@@ -339,26 +339,32 @@ class HeldMotions:
         names = self._problem.convergence.groups.names()
         return [
             f"contact{self._friction} does not bear the load of {names[body]}"
-            for body in np.flatnonzero(self._loose)
-            if not self._is_borne(int(body), faced=True)
+            for body in np.flatnonzero(self._loose & self._unborne(faced=True))
         ]
 
-    def _is_borne(self, body: int, faced: bool) -> bool:
-        """Whether contact may bear the load of a body that touches something, if others
-        stay; True where springs, hoops, ties, bonds or terms may. Collective."""
+    def _unborne(self, faced: bool) -> Mask:
+        """Whether each body touches something, and contact cannot bear its load while
+        others stay, (bodies,). No body where hoops, ties, bonds or terms may bear it, and
+        none on springs. Collective."""
         problem, contact, count = self._problem, self._contact, len(self._loose)
+        found = touched(contact, count) & has_no_springs(problem)
         may_be_tied = any(
             one.tied is not None or one.bond is not None for one in contact.contacts
         )
-        if may_be_tied or problem.terms or problem.constraints is not None:
-            return True
-        lies = touched(contact, count) & has_no_springs(problem)
-        if contact.system.axisymmetric or not lies[body]:
-            return True
-        at = np.ones(count + 1, dtype=np.int32)
-        at[body] = 0
-        load, _ = resultants(problem, forces_on(problem))
-        return grips(contact, at, load[[body]], faced)
+        is_constrained = problem.constraints is not None
+        if (
+            may_be_tied
+            or problem.terms
+            or is_constrained
+            or contact.system.axisymmetric
+        ):
+            return np.zeros(count, dtype=bool)
+        loads, _ = resultants(problem, forces_on(problem))
+        for body in np.flatnonzero(found):
+            at = np.ones(count + 1, dtype=np.int32)
+            at[body] = 0
+            found[body] = not grips(contact, at, loads[[body]], faced)
+        return np.asarray(found)
 
     @property
     def _friction(self) -> str:
