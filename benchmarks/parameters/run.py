@@ -23,6 +23,7 @@ sys.path[:0] = [
     str(ROOT / "demos"),
     str(ROOT / "benchmarks"),
     str(HERE),
+    str(ROOT / "benchmarks" / "robustness"),  # behind: both have `paths`
 ]
 
 import accuracy_tables  # noqa: E402
@@ -33,6 +34,7 @@ import points_and_nodes  # noqa: E402
 import scenes_that_arrive  # noqa: E402
 import slip_fronts  # noqa: E402
 import small  # noqa: E402
+import statuses  # noqa: E402
 
 # In the order of the page
 TABLES = {
@@ -54,6 +56,7 @@ TABLES = {
     "slip_fronts": slip_fronts.slip_fronts,
     "corrections": corrections.corrections,
     "arriving": scenes_that_arrive.arriving,
+    "statuses": statuses.statuses,
 }
 
 

@@ -300,6 +300,12 @@ void bind_zone(py::module_& m)
       .def("set_friction_bounds", &set_friction_bounds, py::arg("s"),
            py::arg("s_p"), py::arg("s_slip"), py::arg("s_xi"),
            py::arg("at_nodes"))
+      .def(
+          "set_node_changes",
+          [](Zone& z, const Array<double>& values, bool measures) {
+            z.set_node_changes({to_vector(values), measures});
+          },
+          py::arg("values"), py::arg("measures") = false)
       .def("slips_without_friction",
            [](const Zone& z)
            {

@@ -72,6 +72,17 @@ enum class LawFrame : std::int8_t
 
 class NodeSums;
 
+/// @brief Where a law at nodes is linearised, other than at the present state.
+struct NodeChanges
+{
+  /// Changes from the present state, node by node: of the multiplier, and of
+  /// the mean gap along the normal less the mean slip along the surface,
+  /// (nodes, components + gdim). Empty: none
+  std::vector<double> values;
+  /// Whether rows are integrals of gap and slip times gamma, in place of a law
+  bool measures = false;
+};
+
 /// @brief Everything the element stage reads.
 struct ContactState
 {
@@ -102,6 +113,7 @@ struct ContactState
   /// none
   std::vector<PointBound> friction_bounds;
   std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
+  NodeChanges node_changes;
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over
   /// gamma; of a law at nodes the length that ties took, at the first dofs. Of

@@ -233,6 +233,11 @@ void Zone::set_node_bounds(std::vector<PointBound> bounds)
   _interface.set_node_bounds(std::move(bounds));
 }
 
+void Zone::set_node_changes(NodeChanges changes)
+{
+  _interface.set_node_changes(std::move(changes));
+}
+
 void Zone::set_node_sums(std::span<const double> sums)
 {
   _interface.set_node_sums(sums);

@@ -185,6 +185,9 @@ public:
   /// @brief The same at nodes at which the law holds.
   void set_node_bounds(std::vector<PointBound> bounds);
 
+  /// @brief Where a law at nodes is linearised from now on.
+  void set_node_changes(NodeChanges changes);
+
   /// @brief Whether the law holds at nodes, and what it is made of is to be
   /// summed anew: something has changed since `set_node_sums`.
   [[nodiscard]] bool lacks_node_sums() const

@@ -138,6 +138,10 @@ public:
   {
     _state.node_bounds = std::move(bounds);
   }
+  void set_node_changes(NodeChanges changes)
+  {
+    _state.node_changes = std::move(changes);
+  }
 
   /// @brief What the terms' blocks couple at present.
   [[nodiscard]] PatternNeeds needs() const;

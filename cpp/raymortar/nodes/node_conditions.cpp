@@ -123,6 +123,70 @@ NodeCondition<D, M> without_hit(const ContactState& s, Index node)
   return c;
 }
 
+/// In place of the law, C = gamma (g n - T_n w): its row is the integral of gap
+/// and slip
+template <int D, int M, class Response>
+void measure(const NodeState<D, M>& at, Response& r)
+{
+  r.C_lam.setZero();
+  r.C_n.setZero();
+  if constexpr (M == 1)
+  {
+    r.C[0] = at.gamma * at.g;
+    r.C_g[0] = at.gamma;
+  }
+  else
+  {
+    r.C = at.gamma * at.g * at.n;
+    r.C_g = at.gamma * at.n;
+    r.C_n.diagonal().setConstant(at.gamma * at.g);
+  }
+  if constexpr (requires { r.C_w; })
+  {
+    const double along = at.n.dot(at.w);
+    r.C -= at.gamma * (at.w - along * at.n);
+    r.C_n += at.gamma * at.n * at.w.transpose();
+    add_to_diagonal(r.C_n, at.gamma * along);
+    r.C_w = at.gamma * at.n * at.n.transpose();
+    add_to_diagonal(r.C_w, -at.gamma);
+    r.C_spring.setZero();
+    r.C_coefficient.setZero();
+    r.C_rate.setZero();
+  }
+}
+
+/// The law at a node, linearised where `node_changes` tell: with the changes y
+/// of the state s it is C(s + y) - C'(s + y) y, with derivatives at s + y
+template <class Law, int D, int M>
+auto law_at(const ContactState& s, Index node, const NodeState<D, M>& at)
+{
+  const NodeChanges& changes = s.node_changes;
+  if (changes.values.empty())
+  {
+    auto r = Law::template evaluate<D>(at);
+    if (changes.measures)
+      measure(at, r);
+    return r;
+  }
+  const Eigen::Map<const Vec<M + D>> change(
+      changes.values.data() + static_cast<std::size_t>(node) * (M + D));
+  const Vec<M> lam = change.template head<M>();
+  const Vec<D> gap_and_slip = change.template tail<D>();
+  const double g = at.n.dot(gap_and_slip);
+  const Vec<D> w = g * at.n - gap_and_slip;
+  NodeState<D, M> there = at;
+  there.lam += lam;
+  there.g += g;
+  there.w += w;
+  if constexpr (M == D)
+    there.spring -= at.unfelt * lam;
+  auto r = Law::template evaluate<D>(there);
+  r.C -= r.C_lam * lam + r.C_g * g;
+  if constexpr (requires { r.C_w; })
+    r.C -= r.C_w * w - r.C_spring * (at.unfelt * lam);
+  return r;
+}
+
 template <int D, int M, class Response>
 void set_derivatives(const NodeState<D, M>& at, const Response& r,
                      double coefficient, NodeCondition<D, M>& c)
@@ -170,7 +234,7 @@ node_condition(const ContactState& s, Index node)
   if (s.node_sums->at(node, NodeSum::area) <= 0.0)
     return without_hit<D, M>(s, node);
   const NodeState<D, M> at(s, node);
-  const auto r = Law::template evaluate<D>(at);
+  const auto r = law_at<Law>(s, node, at);
   NodeCondition<D, M> c;
   c.status = r.status;
   c.p = r.p;

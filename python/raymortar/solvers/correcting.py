@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from typing import Any
 
 from petsc4py import PETSc
@@ -16,6 +16,7 @@ from ..core.solvers.newton import NewtonSolver, SNESSolver
 from ..diagnose.failure import FAILURES
 from .lagging_factors import LaggedFactorsSolver
 from .settings import is_limited, temporarily
+from .statuses_ahead import StatusesAhead
 
 LINE_SEARCH = "snes_linesearch_type"
 
@@ -147,6 +148,28 @@ def has_own_factors(ksp: PETSc.KSP) -> bool:
     return ksp.getType() == "preonly" and ksp.getPC().getType() in ("lu", "cholesky")
 
 
+@contextmanager
+def _with(
+    solver: Any, ahead: StatusesAhead, corrections: Corrections
+) -> Iterator[None]:
+    """Have iterates of a solver changed and corrected."""
+    if not (ahead and takes_full_steps(solver)):
+        with temporarily(solver, on_iterate=corrections):
+            yield
+        return
+
+    def iterate(x: PETSc.Vec, b: PETSc.Vec) -> None:
+        ahead(x, b)
+        corrections(x, b)
+        ahead.keep(x)
+
+    try:
+        with temporarily(solver, on_iterate=iterate):
+            yield
+    finally:
+        ahead.destroy()
+
+
 def correcting(
     given: Any, acting: SNESSolver | None = None
 ) -> AbstractContextManager[Any]:
@@ -163,4 +186,4 @@ def correcting(
         return nullcontext()
     if not has_own_factors(solver.krylov_solver):
         return nullcontext()
-    return temporarily(solver, on_iterate=Corrections(solver))
+    return _with(solver, StatusesAhead(solver), Corrections(solver))

@@ -10,6 +10,7 @@ from petsc4py import PETSc
 import numpy as np
 
 from ..core.compat import Array
+from ..core.discretization.ranks import destroy
 from ..core.errors import ContactError, is_whole_number
 from .inner import InnerSolvers, inner_solver, is_symmetric, kept_inside, nested
 from .linear import SYMMETRIC_OR_NOT
@@ -173,6 +174,16 @@ class LaggedFactorsSolver(InnerSolvers):
         self._factorised = self._tangent if self._has_factors else (0, 0)
         self.factorisations += 1
         self._diagonal, self._taken = _diagonal(ksp.getOperators()[0]), 0
+
+    def factors(self, ksp: PETSc.KSP) -> PETSc.Mat:
+        """Factors of the last tangent, which is factorised if it was not. Collective."""
+        if self._tangent != self._factorised:
+            A, _ = ksp.getOperators()
+            b, x = A.createVecs()
+            b.set(0.0)
+            self._factorise(ksp, b, x)
+            destroy(b, x)
+        return self.direct.getPC().getFactorMatrix()
 
     def _use_symmetry(self, A: PETSc.Mat) -> None:
         """Factorise by L D L^T, in half of the operations, as long as all tangents are
