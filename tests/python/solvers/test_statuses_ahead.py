@@ -1,0 +1,228 @@
+"""Iterations that end with the statuses of nodes where their linear step ends."""
+
+from unittest import mock
+
+import numpy as np
+import pytest
+from pathing import take
+from problems import COMM
+from slender import bent, leaves
+
+import raymortar
+from raymortar.solvers import statuses_ahead as module
+from raymortar.solvers.correcting import correcting
+from raymortar.solvers.rows_of_nodes import RowsOfNodes
+from raymortar.solvers.statuses_ahead import StatusesAhead
+
+AT_NODES = raymortar.AugmentedLagrangian(condition="nodes")
+NONE = np.empty(0)
+
+
+def without():
+    """No iterate ends with other statuses than Newton's."""
+    return mock.patch.object(module, "MOST_COLUMNS", 0)
+
+
+class Touching:
+    """A strip that a circle has pressed: rows of its nodes, at a state or near it."""
+
+    def __init__(self, mu):
+        self.path = bent(20, mu, cells=(20, 2), method=AT_NODES)
+        self.problem = self.path.problem
+        solver = raymortar.NewtonSolver(self.problem)
+        self.path.apply(0.1)
+        solver.solve()
+        self.path.apply(0.2)
+        self.A, self.b = self.problem.create_matrix(), self.problem.create_vector()
+        self.x = self.problem.start()
+        self.problem.form(self.x)
+        (self.part,) = self.problem.contact.parts
+        (self.zone,) = self.part.zones
+        first = self.part.layout.multiplier_rows[self.zone.multiplier_nodes]
+        self.components = self.part.layout.components
+        rows = first[:, None] + np.arange(self.components)
+        system = self.problem.contact.system
+        self.A.zeroEntries()
+        system.add_tangent(self.A, self.problem.bcs)
+        self.A.assemble()
+        self.rows = RowsOfNodes([rows], self.A)
+
+    def matrix(self):
+        self.A.zeroEntries()
+        self.problem.contact.system.add_tangent(self.A, self.problem.bcs)
+        self.A.assemble()
+        return self.rows.matrix(self.rows.entries(self.A))
+
+    def residual(self):
+        self.b.set(0.0)
+        self.problem.contact.system.add_residual(self.b, self.problem.bcs)
+        return self.b.array_r[self.rows.local].copy()
+
+    def change(self, values, measures=False):
+        self.zone.cpp.set_node_changes(np.ravel(values), measures)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_rows_measure_gaps_and_slips(mu):
+    """Each is an integral times gamma; with friction along n, less slips across it."""
+    of = Touching(mu)
+    nodes = of.zone.cpp.nodes()
+    areas, _ = of.problem.contact.system.cpp.node_weights(0)
+    areas = np.asarray(areas)[of.zone.multiplier_nodes]
+    of.change(NONE, True)
+    found = of.residual().reshape(-1, of.components) / of.part.gamma_scale
+    exact = nodes["gap"][:, None] * nodes["normal"] - nodes["slip"]
+    if of.components == 1:
+        exact = nodes["gap"][:, None]
+    assert worst_of(found - areas[:, None] * exact) <= 1e-13 * worst_of(areas * 5.0)
+    # Their tangent is that of these integrals
+    rng, size = np.random.default_rng(3), len(of.x.array)
+    d = 1e-3 * rng.standard_normal(size)
+    d[of.problem.contact.system.layout.n_u :] = 0.0
+    fixed = of.problem.constrained
+    d[: len(fixed)][fixed] = 0.0
+    slope, x = of.matrix() @ of.rows.in_columns(d), of.x.array.copy()
+    ends = []
+    for sign in (1.0, -1.0):
+        of.x.array[:] = x + sign * 1e-4 * d
+        of.problem.form(of.x)
+        ends.append(of.residual())
+    difference = (ends[0] - ends[1]) / 2e-4
+    assert worst_of(slope - difference) <= 1e-5 * worst_of(slope)
+
+
+def worst_of(values):
+    return float(abs(values).max())
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_the_law_is_exact_where_it_is_linearised(mu):
+    """It is linear between its kinks: rows linearised at other multipliers have, in
+    that step, the residual that these multipliers have."""
+    of = Touching(mu)
+    nodes, scalar = of.zone.cpp.nodes(), of.components == 1
+    lam = of.part.surfaces.multiplier.x.array.reshape(-1, of.components)
+    lam, n = lam[of.zone.multiplier_nodes], nodes["normal"]
+    along = lam[:, 0] if scalar else (lam * n).sum(axis=1)
+    # Every third node opens or closes; those that are closed slip to and fro
+    change = -1.5 * (along + nodes["gamma"] * nodes["gap"])[:, None] * n
+    change[np.arange(len(change)) % 3 > 0] = 0.0
+    across = np.column_stack([-n[:, 1], n[:, 0]])
+    change += np.linspace(-1.0, 1.0, len(change))[:, None] * worst_of(lam) * across
+    if scalar:
+        change = (change * n).sum(axis=1, keepdims=True)
+    before = of.zone.cpp.nodes()["status"]
+    of.change(np.hstack([change, np.zeros((len(change), 2))]))
+    assert (of.zone.cpp.nodes()["status"] != before).sum() > 5
+    step = np.zeros(len(of.x.array))
+    step[of.rows.local] = change.ravel() / of.part.gamma_scale
+    linear = of.residual() + of.matrix() @ of.rows.in_columns(step)
+    of.change(NONE)
+    of.x.array[:] += step
+    of.problem.form(of.x)
+    assert worst_of(linear - of.residual()) <= 1e-10 * worst_of(linear)
+
+
+def test_a_nearly_linear_step_takes_few_iterations():
+    """Leaves open along nearly all of their length. In the linear step, which a small
+    load makes of the whole, all of their nodes have their statuses at once."""
+    make = {"share": 1e-3, "method": AT_NODES}
+    with without():
+        plain = take(leaves(3, **make))
+    path = leaves(3, **make)
+    found = take(path)
+    assert found.arrived and plain.iterations >= 8
+    assert found.iterations <= 3
+
+
+@pytest.mark.mpi
+@pytest.mark.quick
+def test_leaves_take_few_iterations():
+    with without():
+        plain = take(one := leaves(2, 1.0, 2, method=AT_NODES))
+    found = take(other := leaves(2, 1.0, 2, method=AT_NODES))
+    assert found.arrived and found.iterations <= 5 * 2 < plain.iterations
+    assert other.result() == pytest.approx(one.result(), rel=1e-9)
+
+
+@pytest.mark.mpi
+def test_friction_takes_fewer_iterations_and_ends_the_same():
+    with without():
+        plain = take(one := bent(100, 0.3, method=AT_NODES))
+    found = take(other := bent(100, 0.3, method=AT_NODES))
+    assert found.arrived and found.iterations <= 20 < plain.iterations
+    np.testing.assert_allclose(other.result(), one.result(), atol=1e-9)
+
+
+def test_each_iterate_is_in_the_history_once():
+    path = leaves(2, 1.0, 4, method=AT_NODES)
+    solver = raymortar.SNESSolver(path.problem)
+    path.apply(0.25)
+    with correcting(solver):
+        iterations, _ = solver.solve()
+    assert len(path.problem.history) == iterations + 1
+    assert solver.on_iterate is None
+
+
+@pytest.mark.parametrize("most", [1, 40])
+def test_too_many_columns_are_left_out(most, monkeypatch):
+    monkeypatch.setattr(module, "MOST_COLUMNS", most)
+    found = take(path := leaves(2, 1.0, 2, method=AT_NODES))
+    assert found.arrived
+    assert path.result() == pytest.approx(0.99497, rel=1e-3)
+
+
+def test_laws_at_points_are_left_alone():
+    for method in (raymortar.AugmentedLagrangian(condition="points"), None):
+        options = {} if method is None else {"method": method}
+        problem = bent(20, cells=(20, 2), **options).problem
+        assert not StatusesAhead(raymortar.SNESSolver(problem)) or method is None
+    problem = bent(20, cells=(20, 2), method=raymortar.Penalty()).problem
+    assert not StatusesAhead(raymortar.SNESSolver(problem))
+
+
+def test_an_error_gives_the_law_back(monkeypatch):
+    """Laws are linearised at the present state whatever happens."""
+    path = leaves(2, 1.0, 1, method=AT_NODES)
+    solver = raymortar.SNESSolver(path.problem)
+    path.apply(1.0)
+
+    def fails(*_):
+        raise ZeroDivisionError("of a column")
+
+    monkeypatch.setattr(module._Step, "_add", fails)
+    with correcting(solver), pytest.raises(ZeroDivisionError, match="of a column"):
+        solver.solve()
+    assert solver.on_iterate is None
+    monkeypatch.undo()
+    again = take(path)
+    assert again.arrived
+    other = leaves(2, 1.0, 1, method=AT_NODES)
+    take(other)
+    assert path.result() == pytest.approx(other.result(), rel=1e-9)
+
+
+@pytest.mark.mpi
+def test_rows_of_all_ranks_are_joined():
+    path = bent(20, cells=(20, 2), method=AT_NODES)
+    A = path.problem.create_matrix()
+    A.shift(2.0)
+    (part,) = path.problem.contact.parts
+    known = [
+        part.layout.multiplier_rows[zone.multiplier_nodes][:, None]
+        for zone in part.zones
+    ]
+    rows = RowsOfNodes(known, A)
+    assert len(rows.all) == COMM.allreduce(len(rows.local)) == 41
+    first, _ = A.getOwnershipRange()
+    own = rows.local + first
+    np.testing.assert_array_equal(rows.joined(own), rows.all)
+    np.testing.assert_array_equal(rows.own(rows.all), own)
+    here = np.concatenate([one.ravel() for one in known])
+    np.testing.assert_array_equal(rows.spread(here, here), rows.all)
+    values = np.arange(*A.getOwnershipRange(), dtype=float)
+    met = rows.in_columns(values)
+    np.testing.assert_array_equal(rows.of_columns(met), rows.all)
+    product = rows.matrix(rows.entries(A)) @ met
+    np.testing.assert_array_equal(product, 2.0 * own)
+    np.testing.assert_array_equal(rows.largest(rows.entries(A)), 2.0)
