@@ -86,6 +86,20 @@ def arriving(rows: list[Row]) -> Table:
     return lines
 
 
+@table("parameters/statuses.csv")
+def statuses(rows: list[Row]) -> Table:
+    """Paths with a law at nodes, with and without statuses ahead."""
+    lines = [
+        ["path", "unknowns", "iterations a step", "tangents", "seconds"],
+    ]
+    for row in rows:
+        means = f"{float(row['plain_mean']):.1f}, **{float(row['mean']):.1f}**"
+        tangents = f"{row['plain_tangents']}, **{row['tangents']}**"
+        ratio = float(row["seconds"]) / float(row["plain_seconds"])
+        lines.append([row["scene"], row["unknowns"], means, tangents, f"{ratio:.2f}"])
+    return lines
+
+
 @table("parameters/line_search.csv")
 def line_search(rows: list[Row]) -> Table:
     """Iterations with line searches of PETSc."""
