@@ -133,7 +133,8 @@ class StatusesAhead:
     def __init__(self, solver: Any) -> None:
         self._solver, self._problem = solver, solver.problem
         self._zones = _zones_at_nodes(solver.problem)
-        # Where the step begins: the iterate, its statuses, and zones that cast rays only
+        # The iterate from which the step goes, its statuses, and zones that cast rays
+        # alone there
         self._begin: PETSc.Vec | None = None
         self._statuses = b""
         self._cast: list[ZoneData] = []
