@@ -71,6 +71,20 @@ struct PointBound
 
 using FrictionLaw = std::variant<Coulomb, Tresca, Stick, PointBound>;
 
+/// @brief The law at a pressure and slip nearby: one that is known at one point
+/// is taken for linear.
+/// @param[in] p, slip Changes of the normal traction and of the slip's length
+[[nodiscard]] inline FrictionLaw nearby(const FrictionLaw& law, double p,
+                                        double slip)
+{
+  const auto* const known = std::get_if<PointBound>(&law);
+  if (not known)
+    return law;
+  PointBound there = *known;
+  there.s = std::max(0.0, there.s + there.s_p * p + there.s_slip * slip);
+  return there;
+}
+
 /// @brief The law with the coefficient that a field has at a point: mu of
 /// Coulomb's, the bound of Tresca's. The others have none.
 [[nodiscard]] inline FrictionLaw with_coefficient(const FrictionLaw& law,

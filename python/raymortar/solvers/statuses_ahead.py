@@ -14,6 +14,7 @@ from scipy.sparse import csr_matrix
 
 from ..core.compat import Array, Indices, Mask
 from ..core.discretization.ranks import destroy
+from ..core.errors import NotFinite
 from ..core.interface.zone_data import ZoneData
 from ..core.system.coupled import ROOM
 from .rows_of_nodes import RowsOfNodes
@@ -25,6 +26,12 @@ MOST_COLUMNS = 256
 
 # Most solves for the statuses of one step: of some hundred steps the longest took 30
 MOST_SOLVES = 40
+
+# Solves in a row after which no more follow, if none leaves less of the law
+IN_VAIN = 12
+
+# Residual over that of Newton's iterate above which that one stays
+WORSE = 1.1
 
 # Difference of two rows that is rounding, over their largest entry
 ROUNDING = 1e-12
@@ -75,7 +82,8 @@ class _Step:
 
     def changed(self, D: csr_matrix, e: Array, changes: Mask) -> Array | None:
         """Solve with changes of this rank's rows; `changes` tells which of all rows
-        change. Return the step on this rank; None: it takes too many columns."""
+        change. Return the step on this rank; None: there is none, or it takes too many
+        columns."""
         of = self._rows
         changed = np.flatnonzero(changes).tolist()
         new = sorted(set(changed) - set(self._known))
@@ -86,7 +94,10 @@ class _Step:
         used = [self._known.index(row) for row in changed]
         right = (D @ self._d_met + e)[:, None]
         table = of.joined(np.hstack([D @ self._Z_met[:, used], right]))[changed]
-        v = np.linalg.solve(np.eye(len(used)) + table[:, :-1], table[:, -1])
+        try:
+            v = np.linalg.solve(np.eye(len(used)) + table[:, :-1], table[:, -1])
+        except np.linalg.LinAlgError:  # nothing holds a body with these statuses
+            return None
         return np.asarray(self._d - self._Z[:, used] @ v)
 
     def _add(self, new: list[int]) -> None:
@@ -127,7 +138,9 @@ class StatusesAhead:
     their statuses [theory (5.30)]. Pairs and all other rows stay, so that such a solve
     takes rows of nodes, and a column of the compliance for each row that changes. If
     statuses come again after others, or more columns are needed, the step is kept that
-    leaves least of the law: of all solves, or Newton's.
+    leaves least of the law: of all solves, or Newton's. Newton's iterate stays, too,
+    where this one has more out of balance: far from linear, the end of a linear step
+    misleads.
     """
 
     def __init__(self, solver: Any) -> None:
@@ -153,23 +166,38 @@ class StatusesAhead:
         changed = _differing(self._present(), self._statuses)
         if not 0 < changed <= MOST_COLUMNS:
             return
-        begin, ahead, history = self._begin, x.copy(), problem.history
+        begin, newton, norm = self._begin, x.copy(), problem.convergence.now.norm
         assert begin is not None
         begin.copy(x)
         problem.form(x)
         for zone in self._cast:
             zone.cpp.cast()
-        step = self._step(ahead.array_r - x.array_r)
-        if step is None:
-            ahead.copy(x)
-        else:
+        step = self._step(newton.array_r - x.array_r)
+        if step is not None:
             x.array[:] += step
-        destroy(ahead)
+        if step is None or not self._is_fit(x, b, norm):
+            newton.copy(x)
+            self._evaluate(x, b)
+        destroy(newton)
+
+    def _is_fit(self, x: PETSc.Vec, b: PETSc.Vec, norm: float) -> bool:
+        """Take the residual; whether it is finite, and not far above that of Newton's
+        iterate. Collective."""
+        try:
+            self._evaluate(x, b)
+        except NotFinite:
+            return False
+        now = self._problem.convergence.now
+        return bool(now.is_finite and now.norm <= WORSE * norm)
+
+    def _evaluate(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
+        """Take the residual of an iterate in place of the last one. Collective."""
+        problem = self._problem
         problem.F(x, b)
         if self._solver.scale is not None:
             b.pointwiseMult(b, self._solver.scale)
         # Each iterate is in the history once
-        history[-2:] = history[-1:]
+        problem.history[-2:] = problem.history[-1:]
 
     def keep(self, x: PETSc.Vec) -> None:
         """Keep the iterate from which the next step goes. Collective."""
@@ -223,7 +251,7 @@ class StatusesAhead:
         softened = rows.joined(rows.largest(begin - contact) > ROUNDING * sizes)
         system, at_begin = self._problem.contact.system, self._statuses_of(rows)
         steps, found, seen = _Step(self._solver, rows, d), d, [b""]
-        best, least = None, np.inf
+        best, least, in_vain = None, np.inf, 0
         with self._linearised_elsewhere():
             for _ in range(MOST_SOLVES):
                 met = rows.in_columns(found)
@@ -234,10 +262,11 @@ class StatusesAhead:
                 statuses = self._statuses_of(rows)
                 entries, residual = self._system_of(rows)
                 left = rows.joined(residual + rows.matrix(entries) @ met)
+                in_vain += 1
                 if float(np.linalg.norm(left)) < least:
-                    least = float(np.linalg.norm(left))
+                    least, in_vain = float(np.linalg.norm(left)), 0
                     best = None if found is d else found
-                if statuses.tobytes() in seen:
+                if statuses.tobytes() in seen or in_vain == IN_VAIN:
                     break
                 seen.append(statuses.tobytes())
                 changes = softened | (statuses != at_begin)

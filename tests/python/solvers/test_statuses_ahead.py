@@ -4,6 +4,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
+import slender
 from pathing import take
 from problems import COMM
 from slender import bent, leaves
@@ -170,6 +171,42 @@ def test_too_many_columns_are_left_out(most, monkeypatch):
     found = take(path := leaves(2, 1.0, 2, method=AT_NODES))
     assert found.arrived
     assert path.result() == pytest.approx(0.99497, rel=1e-3)
+
+
+def iterations_of(**options):
+    """Of a strip with friction, step by step."""
+    found = take(bent(60, cells=(40, 2), **options))
+    assert found.arrived
+    return [step.iterations for step in found.steps]
+
+
+@pytest.mark.parametrize("fault", ["singular", "worse"])
+def test_steps_that_lead_nowhere_are_left_out(fault, monkeypatch):
+    """Those with which nothing holds a body, and iterates further from balance."""
+    law = {"mu": 0.3, "method": AT_NODES}
+    with without():
+        plain = iterations_of(**law)
+    assert sum(iterations_of(**law)) < sum(plain)
+    if fault == "worse":
+        monkeypatch.setattr(module, "WORSE", 0.0)
+    else:
+
+        def singular(*_):
+            raise np.linalg.LinAlgError("Singular matrix")
+
+        monkeypatch.setattr(np.linalg, "solve", singular)
+    assert iterations_of(**law) == plain
+
+
+def test_a_law_of_the_users_takes_the_iterations_of_coulombs():
+    """It is known at one pressure and slip, and linear around them."""
+
+    def one(law):
+        with mock.patch.object(slender, "coulomb", lambda mu: law):
+            return iterations_of(mu=0.3, method=AT_NODES)
+
+    coulomb = one(raymortar.Coulomb(0.3))
+    assert one(raymortar.Friction(lambda p, rate: 0.3 * p)) == coulomb
 
 
 def test_laws_at_points_are_left_alone():
