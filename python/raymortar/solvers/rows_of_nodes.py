@@ -33,6 +33,7 @@ class RowsOfNodes:
         self.all = np.unique(self._of_all(np.unique(_joined(rows))))
         mine = self.all[(self.all >= self._first) & (self.all < last)]
         self.local: Indices = mine - self._first
+        self._own = self.places(mine)
         met = [A.getRow(row)[0] for row in mine]
         self._columns = np.unique(self._of_all(np.unique(_joined([mine, *met]))))
         self._offsets = np.cumsum([0, *map(len, met)])
@@ -86,7 +87,7 @@ class RowsOfNodes:
 
     def own(self, values: Any) -> Any:
         """Values in this rank's rows, from those in all."""
-        return values[self.places(self.local + self._first)]
+        return values[self._own]
 
     def _of_all(self, values: Any) -> Any:
         """Join the values of all ranks, whose unknowns are in the order of ranks."""

@@ -19,9 +19,8 @@ from ..core.interface.zone_data import ZoneData
 from ..core.system.coupled import ROOM
 from .rows_of_nodes import RowsOfNodes
 
-# Most rows that may change, each of which takes a column of the compliance: with factors
-# that there are, these take as long as an iteration or two
-# (docs/measured/statuses_ahead.md)
+# Most rows that may change. Each takes a column of the compliance, and all of them as
+# long as an iteration or two (docs/measured/statuses_ahead.md)
 MOST_COLUMNS = 256
 
 # Most solves for the statuses of one step: of some hundred steps the longest took 30
@@ -53,8 +52,8 @@ class _Zone:
         return rows
 
     def linearise(self, system: Any, multipliers: Array, gaps: Array) -> None:
-        """Linearise the law where multipliers, and integrals of gaps and slips, have
-        changed by so much, (nodes, components) each, of unknowns and equations."""
+        """Linearise the law at a change of the multipliers, as unknowns, and of the
+        integrals of gaps and slips, as rows, (nodes, components) each."""
         scale, (areas, _) = self.part.gamma_scale, system.cpp.node_weights(self.contact)
         areas = np.asarray(areas)[self.zone.multiplier_nodes, None]
         means = gaps / scale / np.where(areas > 0.0, areas, 1.0)
@@ -181,8 +180,8 @@ class StatusesAhead:
         destroy(newton)
 
     def _is_fit(self, x: PETSc.Vec, b: PETSc.Vec, norm: float) -> bool:
-        """Take the residual; whether it is finite, and not far above that of Newton's
-        iterate. Collective."""
+        """Take the residual; return whether it is finite, and not far above `norm`,
+        which Newton's iterate has. Collective."""
         try:
             self._evaluate(x, b)
         except NotFinite:
@@ -251,20 +250,21 @@ class StatusesAhead:
         softened = rows.joined(rows.largest(begin - contact) > ROUNDING * sizes)
         system, at_begin = self._problem.contact.system, self._statuses_of(rows)
         steps, found, seen = _Step(self._solver, rows, d), d, [b""]
+        places = [rows.places(one.rows) for one in self._zones]
         best, least, in_vain = None, np.inf, 0
         with self._linearised_elsewhere():
             for _ in range(MOST_SOLVES):
                 met = rows.in_columns(found)
                 gaps = rows.joined(measures @ met + lifted)
-                for one in self._zones:
-                    places = rows.places(one.rows)
-                    one.linearise(system, rows.of_columns(met)[places], gaps[places])
+                multipliers = rows.of_columns(met)
+                for one, at in zip(self._zones, places):
+                    one.linearise(system, multipliers[at], gaps[at])
                 statuses = self._statuses_of(rows)
                 entries, residual = self._system_of(rows)
                 left = rows.joined(residual + rows.matrix(entries) @ met)
-                in_vain += 1
-                if float(np.linalg.norm(left)) < least:
-                    least, in_vain = float(np.linalg.norm(left)), 0
+                norm, in_vain = float(np.linalg.norm(left)), in_vain + 1
+                if norm < least:
+                    least, in_vain = norm, 0
                     best = None if found is d else found
                 if statuses.tobytes() in seen or in_vain == IN_VAIN:
                     break
@@ -290,8 +290,9 @@ class StatusesAhead:
     def _system_of(
         self, rows: RowsOfNodes, contact: bool = True
     ) -> tuple[Array, Array]:
-        """Entries of this rank's rows in contact's tangent, and these rows of its
-        residual with what conditions prescribe, or of the latter alone."""
+        """Entries of this rank's rows in the tangent of contact, and the same rows of
+        its residual, to which prescribed displacements are added. Without `contact`,
+        the residual has these alone."""
         problem, system = self._problem, self._problem.contact.system
         A, b = self._A, problem.create_vector()
         A.zeroEntries()
