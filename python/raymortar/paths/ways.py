@@ -17,6 +17,7 @@ from ..core.state import State
 from ..diagnose.failure import FAILURES, iterations_of
 from ..diagnose.few_facets import ENOUGH
 from ..solvers.correcting import correcting
+from ..viscous.budget import Backoff
 from ..viscous.stabilization import Stabilization
 from .as_given import AsGiven
 from .load_path import PrescribedPath
@@ -194,8 +195,9 @@ class HeldBody(Strategy):
 class FadingForces(Strategy):
     """Viscous forces that fade. They go first where nothing else holds a body.
 
-    As many points close at once on the way of a body that is caught, each of their
-    solves may go by a small gamma then, where there is such a way.
+    Many points close at once on the way of a body, and some cycle at corners. So where
+    one of their solves fails, it goes by a small gamma, if there is such a way. One that
+    does not help is left out for the next failures of the step.
     """
 
     name = VISCOUS
@@ -207,6 +209,7 @@ class FadingForces(Strategy):
         small_gamma: SmallGamma | None,
     ) -> None:
         self.forces, self._path, self._small_gamma = forces, path, small_gamma
+        self._without_it = Backoff()
 
     def goes_first(self) -> bool:
         return self.forces is not None and self.forces.is_needed()
@@ -220,7 +223,8 @@ class FadingForces(Strategy):
             return None
         if first and not (forces.has_loose or forces.is_asked_for):
             return forces.land()
-        return forces.solve(self._each if first else None)
+        self._without_it.reset()
+        return forces.solve(self._each)
 
     def _each(self) -> int:
         """Solve once, if need be by a small gamma."""
@@ -231,10 +235,16 @@ class FadingForces(Strategy):
             return iterations_of(solver)
         except FAILURES as failure:
             is_lost = not is_curable(failure, solver, sizes.is_smallest)
-            if self._small_gamma is None or is_lost:
+            if self._small_gamma is None or is_lost or self._without_it.rests():
                 raise
         contact.restore(now)
-        return self._small_gamma.solve()
+        try:
+            iterations = self._small_gamma.solve()
+        except FAILURES:
+            self._without_it.failed()
+            raise
+        self._without_it.reset()
+        return iterations
 
     def accepted(self) -> None:
         if self.forces is not None:

@@ -189,6 +189,20 @@ def test_strategies_are_tried_in_their_order(failures, strategy, monkeypatch):
 
 
 @pytest.mark.mpi
+@pytest.mark.parametrize("failures, tenths", [(3, 2), (4, 2), (5, 2), (6, 3)])
+def test_solves_under_viscous_forces_go_by_a_small_gamma(failures, tenths, monkeypatch):
+    """Where it does not help, it is left out for the next failure."""
+    problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
+    failing, path = Failing(monkeypatch, problem), iter(steps)
+    next(path)
+    # As given, by a small gamma, under viscous forces; from the fourth on by turns
+    failing.left, gamma = failures, problem.contact.gamma
+    assert next(path).strategy == VISCOUS
+    assert failing.gammas.count(0.1 * gamma) == tenths
+    assert problem.contact.gamma == gamma and steps.halvings == 0
+
+
+@pytest.mark.mpi
 def test_each_way_is_judged_at_the_accepted_state(monkeypatch):
     """One that throws bodies out of reach does not end the tries."""
     problem, steps = top_moves("triangle", SOLVERS[0], extrapolate=False)
@@ -253,8 +267,9 @@ def test_the_step_is_halved_where_nothing_helps(monkeypatch):
     failing, path = Failing(monkeypatch, problem), iter(steps)
     next(path)
     before = problem.u.x.array.copy()
-    # From where the step leads, plainly and by a small gamma; viscous forces in five sizes
-    failing.left = 3 + 5
+    # From where the step leads, plainly and by a small gamma; viscous forces in five
+    # sizes, of which the first and the third go by a small gamma as well
+    failing.left = 3 + 5 + 2
     step = next(path)
     assert (step.factor, step.strategy, step.halvings) == (0.375, FULL, 1)
     assert worst(problem.u.x.array - before) > 0.0
