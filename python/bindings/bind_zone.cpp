@@ -306,6 +306,8 @@ void bind_zone(py::module_& m)
             z.set_node_changes({to_vector(values), measures});
           },
           py::arg("values"), py::arg("measures") = false)
+      .def("set_point_changes", [](Zone& z, const Array<double>& values)
+           { z.set_point_changes(to_vector(values)); })
       .def("slips_without_friction",
            [](const Zone& z)
            {

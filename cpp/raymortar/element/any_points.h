@@ -44,6 +44,8 @@ struct AnyPoints
     at.g = state.hits.gap[q];
     if (not state.friction_bounds.empty())
       at.bound = state.friction_bounds[q];
+    if (not state.point_changes.empty())
+      at.changes = state.point_changes.data() + q * 2 * D;
     if (not has_target)
     {
       knows_spin = knows_spin and not slave_turned;

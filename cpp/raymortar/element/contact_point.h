@@ -39,6 +39,9 @@ struct HitPoint : SlavePoint<D, Law>
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
   using Old = OldPoint<D, is_frictional<Law>>;
 
+  static constexpr bool has_condition_at_points =
+      M > 0 and holds_at_points<Law>;
+
   bool of_target; ///< the law uses the target's frame, not the slave's
   double g;       ///< length of the ray from slave to master
   double offset;  ///< added to gaps, length
@@ -217,21 +220,76 @@ private:
       was.w -= g * along_surface(this->slave.n);
   }
 
-  [[nodiscard]] Response respond(const TaylorData<D>& e,
-                                 const ElementPoint& q) const
+  [[nodiscard]] auto state_of_law(const TaylorData<D>& e,
+                                  const ElementPoint& q) const
   {
     const PointState<D, M> state{normal, gap, this->lam, this->gamma, e.touch};
     if constexpr (not is_frictional<Law>)
-      return Law::template evaluate<D>(state);
+      return state;
     else
     {
       Vec<D> spring = spring_scale() * old.spring.value();
       if constexpr (M > 0)
         if (e.history.has_kept)
           spring += e.history.kept.col(0);
-      return Law::template evaluate<D, Response>(
-          FrictionState<D, M>{state, old.w, spring, friction_law(e, q)});
+      return FrictionState<D, M>{state, old.w, spring, friction_law(e, q)};
     }
+  }
+
+  [[nodiscard]] Response respond(const TaylorData<D>& e,
+                                 const ElementPoint& q) const
+  {
+    if constexpr (has_condition_at_points)
+      if (q.changes)
+        return respond_elsewhere(state_of_law(e, q), q.changes);
+    if constexpr (not is_frictional<Law>)
+      return Law::template evaluate<D>(state_of_law(e, q));
+    else
+      return Law::template evaluate<D, Response>(state_of_law(e, q));
+  }
+
+  /// The law linearised at a state s plus changes y: its derivatives there, and
+  /// C(s + y) - C'(s + y) y as its value at s, theory (5.30). The traction is
+  /// the multiplier itself, which stays. y has the change of the multiplier,
+  /// and of the gap along the normal less the slip across it
+  template <class State>
+  [[gnu::noinline]] Response respond_elsewhere(const State& at,
+                                               const double* y) const
+  {
+    const Eigen::Map<const Vec<D>> traction(y), way(y + D);
+    Vec<M> more;
+    if constexpr (M == 1)
+      more[0] = dot<D>(normal, traction);
+    else
+      more = traction;
+    const double opening = dot<D>(normal, way);
+    const Vec<D> slip = opening * normal - way;
+    State there = at;
+    there.lam += more;
+    there.g += opening;
+    auto r = [&]
+    {
+      if constexpr (is_frictional<Law>)
+      {
+        there.w += slip;
+        if constexpr (M == D)
+          there.friction = friction_at<D>(there, at);
+        return Law::template evaluate<D, FrictionResponse<D, M>>(there);
+      }
+      else
+        return Law::template evaluate<D>(there);
+    }();
+    r.C -= r.C_lam * more + r.C_g * opening;
+    if constexpr (is_frictional<Law>)
+      r.C -= r.C_w * slip;
+    if constexpr (M == 1)
+    {
+      r.t = this->lam[0] * normal;
+      r.t_n.diagonal().setConstant(this->lam[0]);
+    }
+    else
+      r.t = this->lam;
+    return r;
   }
 
   [[nodiscard]] static FrictionLaw friction_law(const TaylorData<D>& e,

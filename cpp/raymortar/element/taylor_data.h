@@ -16,6 +16,8 @@ struct ElementPoint
   double area;        ///< times the reference Jacobian
   double g;           ///< length of the ray from slave to target
   PointBound bound{}; ///< of a friction law that is known at points only
+  /// Of ContactState::point_changes, (2 D); null: none
+  const double* changes = nullptr;
 };
 
 /// @brief What friction needs of the accepted step, as TaylorData has it.

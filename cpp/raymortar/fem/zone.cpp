@@ -238,6 +238,11 @@ void Zone::set_node_changes(NodeChanges changes)
   _interface.set_node_changes(std::move(changes));
 }
 
+void Zone::set_point_changes(std::vector<double> changes)
+{
+  _interface.set_point_changes(std::move(changes));
+}
+
 void Zone::set_node_sums(std::span<const double> sums)
 {
   _interface.set_node_sums(sums);

@@ -187,6 +187,8 @@ public:
 
   /// @brief Where a law at nodes is linearised from now on.
   void set_node_changes(NodeChanges changes);
+  /// @brief The same of laws at points.
+  void set_point_changes(std::vector<double> changes);
 
   /// @brief Whether the law holds at nodes, and what it is made of is to be
   /// summed anew: something has changed since `set_node_sums`.

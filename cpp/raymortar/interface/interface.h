@@ -138,6 +138,10 @@ public:
   {
     _state.node_bounds = std::move(bounds);
   }
+  void set_point_changes(std::vector<double> changes)
+  {
+    _state.point_changes = std::move(changes);
+  }
   void set_node_changes(NodeChanges changes)
   {
     _state.node_changes = std::move(changes);

@@ -105,6 +105,18 @@ struct SlipAlong
   }
 };
 
+/// @brief The friction law of a state at another one, with a multiplier.
+template <int D, class State>
+[[nodiscard]] FrictionLaw friction_at(const State& there, const State& at)
+{
+  const auto pressure = [](const State& s)
+  { return std::min(0.0, dot<D>(s.lam, s.n) + s.gamma * s.g); };
+  const auto slip = [](const State& s)
+  { return SlipAlong<D>(s.n, s.w).length; };
+  return nearby(at.friction, pressure(there) - pressure(at),
+                slip(there) - slip(at));
+}
+
 /// @brief Add what a bound does that depends on the slip's length, and set what
 /// gamma does less than slips.
 /// @param[in] f Of the traction

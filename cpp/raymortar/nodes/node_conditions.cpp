@@ -155,13 +155,6 @@ void measure(const NodeState<D, M>& at, Response& r)
   }
 }
 
-/// Normal traction of the law, <= 0
-template <int D>
-double pressure(const NodeState<D, D>& at)
-{
-  return std::min(0.0, at.lam.dot(at.n) + at.gamma * at.g);
-}
-
 /// The law at a node, linearised where `node_changes` tell: with the changes y
 /// of the state s it is C(s + y) - C'(s + y) y, with derivatives at s + y
 template <class Law, int D, int M>
@@ -188,9 +181,7 @@ auto law_at(const ContactState& s, Index node, const NodeState<D, M>& at)
   if constexpr (M == D)
   {
     there.spring -= at.unfelt * lam;
-    there.friction = nearby(at.friction, pressure(there) - pressure(at),
-                            SlipAlong<D>(there.n, there.w).length -
-                                SlipAlong<D>(at.n, at.w).length);
+    there.friction = friction_at<D>(there, at);
   }
   auto r = Law::template evaluate<D>(there);
   r.C -= r.C_lam * lam + r.C_g * g;

@@ -38,6 +38,9 @@ class Term:
     unit_forces
         Force of inertia that a unit of each owned unknown of the forms takes, (n,); None:
         the term has no inertia.
+    leads_far
+        Whether a solve with it may end far from where it begins, so that the end of a
+        linear step misleads.
     advice
         What to try where a step fails; None: nothing of its own.
     """
@@ -47,6 +50,7 @@ class Term:
     is_of_contact: bool = False
     is_linear: bool = False
     unit_forces: Array | None = None
+    leads_far: bool = False
     advice: str | None = None
 
     def start(self, system: Any) -> None:

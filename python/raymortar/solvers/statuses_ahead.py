@@ -1,10 +1,8 @@
-"""Iterations of Newton's method with the statuses of nodes where their step ends."""
+"""Iterations of Newton's method with the statuses where their step ends."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from petsc4py import PETSc
@@ -12,11 +10,12 @@ from petsc4py import PETSc
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from ..core.compat import Array, Indices, Mask
+from ..core.compat import Array, Mask
 from ..core.discretization.ranks import destroy
-from ..core.errors import NotFinite
+from ..core.errors import ContactError, NotFinite
 from ..core.interface.zone_data import ZoneData
 from ..core.system.coupled import ROOM
+from .laws_ahead import LawAhead, System, laws_ahead
 from .rows_of_nodes import RowsOfNodes
 
 # Most rows that may change. Each takes a column of the compliance, and all of them as
@@ -34,33 +33,6 @@ WORSE = 1.1
 
 # Difference of two rows that is rounding, over their largest entry
 ROUNDING = 1e-12
-
-
-@dataclass
-class _Zone:
-    """A zone whose law holds at nodes, and the number of its contact."""
-
-    contact: int
-    part: Any
-    zone: ZoneData
-
-    @property
-    def rows(self) -> Indices:
-        """Global rows of the nodes' multipliers, (nodes, components)."""
-        first = self.part.layout.multiplier_rows[self.zone.multiplier_nodes]
-        rows: Indices = first[:, None] + np.arange(self.part.layout.components)
-        return rows
-
-    def linearise(self, system: Any, multipliers: Array, gaps: Array) -> None:
-        """Linearise the law at a change of the multipliers, as unknowns, and of the
-        integrals of gaps and slips, as rows, (nodes, components) each."""
-        scale, (areas, _) = self.part.gamma_scale, system.cpp.node_weights(self.contact)
-        areas = np.asarray(areas)[self.zone.multiplier_nodes, None]
-        means = gaps / scale / np.where(areas > 0.0, areas, 1.0)
-        if means.shape[1] == 1:
-            means = means * self.zone.cpp.nodes()["normal"]
-        values = np.hstack([scale * multipliers, means])
-        self.zone.cpp.set_node_changes(values.ravel())
 
 
 class _Step:
@@ -97,6 +69,8 @@ class _Step:
             v = np.linalg.solve(np.eye(len(used)) + table[:, :-1], table[:, -1])
         except np.linalg.LinAlgError:  # nothing holds a body with these statuses
             return None
+        if not np.isfinite(v).all():
+            return None
         return np.asarray(self._d - self._Z[:, used] @ v)
 
     def _add(self, new: list[int]) -> None:
@@ -127,42 +101,94 @@ def factors(ksp: PETSc.KSP) -> PETSc.Mat:
     return ksp.getPC().getFactorMatrix()
 
 
-class StatusesAhead:
-    """Ends each iteration with the statuses of nodes where its linear step ends.
-    Collective.
+class _LinearStep:
+    """The linear step from an iterate x, and the law where it leads. Collective."""
 
-    Newton's method takes a step with the statuses that nodes have where it begins, so
+    def __init__(
+        self, ahead: StatusesAhead, law: LawAhead, rows: RowsOfNodes, x: Any, d: Array
+    ) -> None:
+        self._law, self._rows, self._steps = law, rows, _Step(ahead.solver, rows, d)
+        self._system = partial(ahead.system_of, rows)
+        begin = ahead.entries_of_tangent(rows)
+        contact, self._r = self._system(True)
+        law.begin(rows, x, self._system)
+        self._base, self._of_entries = contact, rows.row_of_entries()
+        if law.casts:
+            self._base, self._r = self._system(True)
+        # Rays alone do not move segments
+        self._shift, self._begin = contact - self._base, begin
+        self._sizes = rows.largest(begin) + rows.largest(contact)
+        softened = rows.joined(self._differ(begin, contact))
+        self._softened = np.asarray(softened, dtype=bool)
+
+    def _differ(self, one: Array, other: Array) -> Mask:
+        """Whether two sets of entries differ in each of this rank's rows."""
+        size = self._rows.largest(one - other)
+        return np.asarray(size > ROUNDING * self._sizes)
+
+    def linearise(self, step: Array) -> bytes:
+        """Linearise the law where a step leads; return its statuses on this rank."""
+        self._met = self._rows.in_columns(step)
+        statuses = self._law.linearise(step, self._met)
+        self._entries, self._residual = self._system(True)
+        return statuses
+
+    def left(self) -> float:
+        """Size of what the step leaves of the law."""
+        rows = self._rows.matrix(self._entries + self._shift)
+        left = self._rows.joined(self._residual + rows @ self._met)
+        return float(np.linalg.norm(left))
+
+    def solved(self) -> Array | None:
+        """The step by the law as it is linearised; None: see `_Step`."""
+        rows, law = self._rows, self._law
+        changed = law.changed(self._differ(self._entries, self._base))
+        changes = self._softened | changed
+        own, D = rows.own(changes), self._entries + self._shift - self._begin
+        D = np.where(own[self._of_entries], D, 0.0)
+        e = np.where(own, self._residual - self._r, 0.0)
+        return self._steps.changed(rows.matrix(D), e, changes)
+
+
+class StatusesAhead:
+    """Ends each iteration with the statuses that nodes or points have where its linear
+    step ends. Collective.
+
+    Newton's method takes a step with the statuses that they have where it begins, so
     that a front of opening or of slip moves by a facet in each iteration. Here the law
-    is linearised where the step leads, and the step solved again, until all nodes keep
-    their statuses [theory (5.30)]. Pairs and all other rows stay, so that such a solve
-    takes rows of nodes, and a column of the compliance for each row that changes. If
+    is linearised where the step leads, and the step solved again, until all keep their
+    statuses [theory (5.30)]. Pairs and all other rows stay, so that such a solve takes
+    the rows of the law, and a column of the compliance for each row that changes. If
     statuses come again after others, or more columns are needed, the step is kept that
-    leaves least of the law: of all solves, or Newton's. Newton's iterate stays, too,
-    where this one has more out of balance: far from linear, the end of a linear step
-    misleads.
+    leaves least of the law: of all solves, or Newton's. Far from linear the end of a
+    linear step misleads. So Newton's iterate stays, too, where this one has more out of
+    balance, and under forces that let bodies move far.
     """
 
     def __init__(self, solver: Any) -> None:
-        self._solver, self._problem = solver, solver.problem
-        self._zones = _zones_at_nodes(solver.problem)
+        self.solver, self._problem = solver, solver.problem
+        self._law: LawAhead | None = laws_ahead(solver.problem)
         # The iterate from which the step goes, its statuses, and zones that cast rays
         # alone there
         self._begin: PETSc.Vec | None = None
         self._statuses = b""
         self._cast: list[ZoneData] = []
-        # A matrix for contact alone, and the rows of nodes in it and the tangent
+        # A matrix for contact alone, and the rows of the law in it and the tangent
         self._A: Any = None
         self._nodes: Any = None
 
     def __bool__(self) -> bool:
-        return bool(self._zones)
+        return self._law is not None
 
     def __call__(self, x: PETSc.Vec, b: PETSc.Vec) -> None:
         """Change an iterate, and b, its residual."""
-        problem = self._problem
+        problem, law = self._problem, self._law
         if len(problem.history) < 2 or not problem.convergence.now.is_finite:
             return
-        changed = _differing(self._present(), self._statuses)
+        if any(term.leads_far for term in problem.terms):
+            return
+        assert law is not None
+        changed = _differing(self._of_all(law.statuses()), self._statuses)
         if not 0 < changed <= MOST_COLUMNS:
             return
         begin, newton, norm = self._begin, x.copy(), problem.convergence.now.norm
@@ -171,7 +197,8 @@ class StatusesAhead:
         problem.form(x)
         for zone in self._cast:
             zone.cpp.cast()
-        step = self._step(newton.array_r - x.array_r)
+        step = self._step(law, x, newton.array_r - x.array_r)
+        begin.copy(x)
         if step is not None:
             x.array[:] += step
         if step is None or not self._is_fit(x, b, norm):
@@ -193,17 +220,18 @@ class StatusesAhead:
         """Take the residual of an iterate in place of the last one. Collective."""
         problem = self._problem
         problem.F(x, b)
-        if self._solver.scale is not None:
-            b.pointwiseMult(b, self._solver.scale)
+        if self.solver.scale is not None:
+            b.pointwiseMult(b, self.solver.scale)
         # Each iterate is in the history once
         problem.history[-2:] = problem.history[-1:]
 
     def keep(self, x: PETSc.Vec) -> None:
         """Keep the iterate from which the next step goes. Collective."""
+        assert self._law is not None
         if self._begin is None:
             self._begin = x.duplicate()
         x.copy(self._begin)
-        self._statuses, self._cast = self._present(), []
+        self._statuses, self._cast = self._of_all(self._law.statuses()), []
         if len(self._problem.history) == 1:
             zones = self._problem.contact.zones
             self._cast = [zone for zone in zones if zone.motions.have_moved()]
@@ -213,86 +241,57 @@ class StatusesAhead:
         destroy(self._begin, self._A)
         self._begin = self._A = None
 
-    def _present(self) -> bytes:
-        """Statuses of all nodes. Collective."""
-        found = b"".join(
-            one.zone.cpp.nodes()["status"].tobytes() for one in self._zones
-        )
+    def _of_all(self, statuses: bytes) -> bytes:
+        """Join what each rank has."""
         comm = self._problem.comm
-        return found if comm.size == 1 else b"".join(comm.allgather(found))
+        return statuses if comm.size == 1 else b"".join(comm.allgather(statuses))
 
-    def _rows(self) -> RowsOfNodes:
-        """Rows of the nodes in a tangent with the present pattern."""
-        A = self._solver.A
+    def _rows(self, law: LawAhead) -> RowsOfNodes:
+        """Rows of the law in a tangent with the present pattern."""
+        A = self.solver.A
         room = A.getAttr(ROOM)
         if self._A is None or self._A.getAttr(ROOM) != room:
             destroy(self._A)
             self._A = A.duplicate()
             self._A.setAttr(ROOM, room)
-            self._nodes = RowsOfNodes([one.rows for one in self._zones], A)
+            self._nodes = RowsOfNodes([one.rows for one in law.zones], A)
         found: RowsOfNodes = self._nodes
         return found
 
-    def _step(self, d: Array) -> Array | None:
+    def _step(self, law: LawAhead, x: PETSc.Vec, d: Array) -> Array | None:
         """The step that ends with its own statuses, or leaves least of the law, from
-        Newton's; None: that is the best."""
-        rows, scale = self._rows(), self._solver.scale
-        begin, of_entries = rows.entries(self._solver.A), rows.row_of_entries()
-        if scale is not None:
-            begin /= scale.array_r[rows.local][of_entries]
-        with self._linearised_elsewhere():
-            for one in self._zones:
-                one.zone.cpp.set_node_changes(np.empty(0), measures=True)
-            entries, lifted = self._system_of(rows, contact=False)
-            measures = rows.matrix(entries)
-        contact, r = self._system_of(rows)
-        sizes = rows.largest(begin) + rows.largest(contact)
-        softened = rows.joined(rows.largest(begin - contact) > ROUNDING * sizes)
-        system, at_begin = self._problem.contact.system, self._statuses_of(rows)
-        steps, found, seen = _Step(self._solver, rows, d), d, [b""]
-        places = [rows.places(one.rows) for one in self._zones]
-        best, least, in_vain = None, np.inf, 0
-        with self._linearised_elsewhere():
-            for _ in range(MOST_SOLVES):
-                met = rows.in_columns(found)
-                gaps = rows.joined(measures @ met + lifted)
-                multipliers = rows.of_columns(met)
-                for one, at in zip(self._zones, places):
-                    one.linearise(system, multipliers[at], gaps[at])
-                statuses = self._statuses_of(rows)
-                entries, residual = self._system_of(rows)
-                left = rows.joined(residual + rows.matrix(entries) @ met)
-                norm, in_vain = float(np.linalg.norm(left)), in_vain + 1
-                if norm < least:
-                    least, in_vain = norm, 0
-                    best = None if found is d else found
-                if statuses.tobytes() in seen or in_vain == IN_VAIN:
-                    break
-                seen.append(statuses.tobytes())
-                changes = softened | (statuses != at_begin)
-                D = np.where(rows.own(changes)[of_entries], entries - begin, 0.0)
-                e = np.where(rows.own(changes), residual - r, 0.0)
-                changed = steps.changed(rows.matrix(D), e, changes)
-                if changed is None:
-                    break
-                found = changed
+        Newton's at x; None: that is the best."""
+        rows = self._rows(law)
+        try:
+            return self._settled(_LinearStep(self, law, rows, x, d), d)
+        finally:
+            law.end()
+
+    def _settled(self, linear: _LinearStep, d: Array) -> Array | None:
+        """Solve for the step until no status changes."""
+        best, least, in_vain, found, seen = None, np.inf, 0, d, [b""]
+        for _ in range(MOST_SOLVES):
+            try:
+                statuses = self._of_all(linear.linearise(found))
+            except ContactError:  # no rays can be cast there
+                break
+            norm, in_vain = linear.left(), in_vain + 1
+            if norm < least:
+                least, in_vain = norm, 0
+                best = None if found is d else found
+            if statuses in seen or in_vain == IN_VAIN:
+                break
+            seen.append(statuses)
+            changed = linear.solved()
+            if changed is None:
+                break
+            found = changed
         return best
 
-    def _statuses_of(self, rows: RowsOfNodes) -> Array:
-        """Statuses of the nodes of all rows. Collective."""
-        known, statuses = [], []
-        for one in self._zones:
-            known.append(one.rows.ravel())
-            status = one.zone.cpp.nodes()["status"]
-            statuses.append(np.repeat(status, one.part.layout.components))
-        return rows.spread(np.concatenate(known), np.concatenate(statuses))
-
-    def _system_of(
-        self, rows: RowsOfNodes, contact: bool = True
-    ) -> tuple[Array, Array]:
+    def system_of(self, rows: RowsOfNodes, contact: bool = True) -> System:
         """Entries of this rank's rows in the tangent of contact, and the same rows of
         its residual, to which prescribed displacements are added. Without `contact`,
-        the residual has these alone."""
+        the residual has these alone. Collective."""
         problem, system = self._problem, self._problem.contact.system
         A, b = self._A, problem.create_vector()
         A.zeroEntries()
@@ -308,30 +307,16 @@ class StatusesAhead:
         destroy(b)
         return rows.entries(A), found
 
-    @contextmanager
-    def _linearised_elsewhere(self) -> Iterator[None]:
-        """Let laws be linearised at the present state again in the end."""
-        try:
-            yield
-        finally:
-            for one in self._zones:
-                one.zone.cpp.set_node_changes(np.empty(0))
+    def entries_of_tangent(self, rows: RowsOfNodes) -> Array:
+        """Entries of this rank's rows in the tangent that was solved."""
+        entries, scale = rows.entries(self.solver.A), self.solver.scale
+        if scale is not None:
+            entries /= scale.array_r[rows.local][rows.row_of_entries()]
+        return entries
 
 
 def _differing(one: bytes, other: bytes) -> int:
-    """Number of bytes that differ."""
+    """Number of bytes that differ; 1 where there are more or fewer points."""
+    if len(one) != len(other):
+        return 1
     return int(np.count_nonzero(np.frombuffer(one, "u1") != np.frombuffer(other, "u1")))
-
-
-def _zones_at_nodes(problem: Any) -> list[_Zone]:
-    """Zones of contacts with a law at nodes; none where one with a multiplier has its
-    law at points, or constraints combine unknowns."""
-    contacts = zip(problem.contact.contacts, problem.contact.parts)
-    found = []
-    for k, (one, part) in enumerate(contacts):
-        if one.multiplier is None or part.surfaces.tied is not None:
-            continue
-        if getattr(one.method, "condition", "points") != "nodes":
-            return []
-        found += [_Zone(k, part, zone) for zone in one.zones]
-    return found if problem.constraints is None else []

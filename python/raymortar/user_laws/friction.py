@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from mpi4py import MPI
 
@@ -79,6 +79,7 @@ class Friction(UserLaw, Law):
     >>> law = Friction(bound)
     """
 
+    sends_bounds: ClassVar[bool] = True
     owner, function, first, kind = "Friction", "bound", ("p", "v"), "callable"
     of_fields, _make = FRICTION_FIELD, _cpp.PointBound
     bound: Callable[..., Array]

@@ -124,7 +124,7 @@ class Viscosity(Term):
     def acting(self, scale: float, holds: bool = False) -> AbstractContextManager[None]:
         """Add forces with s as given, in all cells or those that hold a motion, to those
         of the problem."""
-        self._scale.value = scale
+        self._scale.value, self.leads_far = scale, not holds
         k = self._holding if holds else self._fading
         self._k.x.array.reshape(-1, *k.shape[1:])[self._cells] = k
         return self._problem.extended_by(self)
