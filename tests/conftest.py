@@ -11,7 +11,7 @@ from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
 
-from raymortar.solvers import correcting
+from raymortar.solvers import correcting, statuses_ahead
 from raymortar.viscous.landing import Landing
 from raymortar.viscous.settling import Settling
 
@@ -49,6 +49,12 @@ def folder(tmp_path):
 def uncorrected(monkeypatch):
     """Paths solve by Newton's method alone, a tangent for each iterate."""
     monkeypatch.setattr(correcting, "has_own_factors", lambda ksp: False)
+
+
+@pytest.fixture
+def not_ahead(monkeypatch):
+    """Iterations end with the statuses that their linear step has at its begin."""
+    monkeypatch.setattr(statuses_ahead, "MOST_COLUMNS", 0)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Paths with a law at nodes, with and without statuses where linear steps end."""
+"""Paths with multipliers, with and without statuses where linear steps end."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ from raymortar.solvers import statuses_ahead
 RUNS = 3
 DUAL = raymortar.AugmentedLagrangian(condition="nodes", multiplier="dual")
 AT_NODES = raymortar.AugmentedLagrangian(condition="nodes")
+AT_POINTS = raymortar.AugmentedLagrangian(condition="points")
 
 
 def snapping(method, degree=1):
@@ -50,7 +51,7 @@ def blocks(*case):
     return Path(problem, load.apply, 4)
 
 
-CASES = {
+AT_NODES_CASES = {
     "strip, L/t 20, mu 0.3": lambda: bent(20, 0.3),
     "strip, L/t 60, mu 0.3": lambda: bent(60, 0.3),
     "strip, L/t 100, mu 0.3": lambda: bent(100, 0.3),
@@ -73,9 +74,31 @@ CASES = {
 }
 
 
-def taken(make, ahead):
+AT_POINTS_CASES = {
+    "strip, L/t 20, mu 0.3": lambda: bent(20, 0.3),
+    "strip, L/t 60, mu 0.3": lambda: bent(60, 0.3),
+    "strip, L/t 100, mu 0.3": lambda: bent(100, 0.3),
+    "belt, 134 cells": lambda: belt(134),
+    "2 leaves": lambda: leaves(2, 1.0, 4),
+    "3 leaves": lambda: leaves(3, 1.0, 4),
+    "4 leaves": lambda: leaves(4, 1.0, 4),
+    "deep drawing": drawing,
+    "O-ring, squeezed and wetted": o_ring,
+    "snap-fit, mu 0.3": lambda: snapping(AT_POINTS),
+    "snap-fit, mu 0.3, degree 2": lambda: snapping(AT_POINTS, 2),
+    "blocks, triangles of degree 2, mu 0.3": lambda: blocks("triangle", 2, 13, 0.3),
+    "blocks, tetrahedra of degree 2, mu 0.3": lambda: blocks("tetrahedron", 2, 2, 0.3),
+    "blocks, hexahedra of degree 2, mu 0.3": lambda: blocks("hexahedron", 2, 2, 0.3),
+}
+CASES = [
+    *(("nodes", *case) for case in AT_NODES_CASES.items()),
+    *(("points", *case) for case in AT_POINTS_CASES.items()),
+]
+
+
+def taken(law, make, ahead):
     """Iterations a step and tangents of a path, unknowns, and CPU seconds."""
-    with law_at("nodes"), warnings.catch_warnings():
+    with law_at(law), warnings.catch_warnings():
         warnings.simplefilter("ignore", raymortar.ContactWarning)
         path = make()
         without = mock.patch.object(statuses_ahead, "MOST_COLUMNS", 0)
@@ -90,12 +113,13 @@ def taken(make, ahead):
 
 def statuses():
     """Both by turns, so that a slow machine slows both; medians of seconds."""
-    for name, make in CASES.items():
-        runs = [[taken(make, ahead) for ahead in (False, True)] for _ in range(RUNS)]
+    for law, name, make in CASES:
+        runs = [[taken(law, make, on) for on in (False, True)] for _ in range(RUNS)]
         before, after = runs[0]
         seconds = [statistics.median(run[k][-1] for run in runs) for k in (0, 1)]
         yield {
             "scene": name,
+            "law": law,
             "unknowns": before[0],
             "arrived": "yes" if before[1] and after[1] else "no",
             "plain_mean": before[2],

@@ -88,15 +88,16 @@ def arriving(rows: list[Row]) -> Table:
 
 @table("parameters/statuses.csv")
 def statuses(rows: list[Row]) -> Table:
-    """Paths with a law at nodes, with and without statuses ahead."""
+    """Paths with multipliers, with and without statuses ahead."""
     lines = [
-        ["path", "unknowns", "iterations a step", "tangents", "seconds"],
+        ["path", "law", "unknowns", "iterations a step", "tangents", "seconds"],
     ]
     for row in rows:
         means = f"{float(row['plain_mean']):.1f}, **{float(row['mean']):.1f}**"
         tangents = f"{row['plain_tangents']}, **{row['tangents']}**"
         ratio = float(row["seconds"]) / float(row["plain_seconds"])
-        lines.append([row["scene"], row["unknowns"], means, tangents, f"{ratio:.2f}"])
+        known = row["scene"], row["law"], row["unknowns"]
+        lines.append([*known, means, tangents, f"{ratio:.2f}"])
     return lines
 
 

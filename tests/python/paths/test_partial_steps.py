@@ -15,6 +15,9 @@ from raymortar.paths.strategy import FULL, PARTIAL, SMALL_GAMMA
 
 PUSH = 0.1
 
+# With statuses ahead these steps need no parts
+pytestmark = pytest.mark.usefixtures("not_ahead")
+
 
 def punch(steps, friction=None, solver=SOLVERS[0], called=None, facets=5):
     """Path of a narrow block that is pressed into a wide one, both hardly compressible.
