@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from petsc4py import PETSc
 
@@ -39,7 +39,7 @@ class Zone:
         return rows
 
 
-class LawAhead(Protocol):
+class LawAhead(ABC):
     """A law that is linearised elsewhere than at the present state, in some zones.
     Collective.
 
@@ -52,12 +52,18 @@ class LawAhead(Protocol):
         the present state are others after `begin`.
     """
 
-    zones: list[Zone]
-    casts: bool
+    casts = False
 
-    @abstractmethod
+    def __init__(self, problem: Any, zones: list[Zone]) -> None:
+        self._problem, self.zones = problem, zones
+
     def statuses(self) -> bytes:
         """Statuses on this rank."""
+        return b"".join(self._of(one)["status"].tobytes() for one in self.zones)
+
+    @abstractmethod
+    def _of(self, one: Zone) -> dict[str, Array]:
+        """What is known of the nodes or points of a zone."""
 
     @abstractmethod
     def begin(
@@ -84,14 +90,8 @@ class LawAhead(Protocol):
 class NodesAhead(LawAhead):
     """Laws at nodes. They know integrals of gaps and slips, whose rows are exact."""
 
-    casts = False
-
-    def __init__(self, problem: Any, zones: list[Zone]) -> None:
-        self._problem, self.zones = problem, zones
-
-    def statuses(self) -> bytes:
-        each = (one.zone.cpp.nodes()["status"].tobytes() for one in self.zones)
-        return b"".join(each)
+    def _of(self, one: Zone) -> dict[str, Array]:
+        return one.zone.cpp.nodes()
 
     def begin(
         self, rows: RowsOfNodes, x: PETSc.Vec, system: Callable[[bool], System]
@@ -119,7 +119,7 @@ class NodesAhead(LawAhead):
         areas = areas[one.zone.multiplier_nodes, None]
         means = gaps / scale / np.where(areas > 0.0, areas, 1.0)
         if means.shape[1] == 1:
-            means = means * one.zone.cpp.nodes()["normal"]
+            means = means * self._of(one)["normal"]
         values = np.hstack([scale * multipliers, means])
         one.zone.cpp.set_node_changes(values.ravel())
 
@@ -131,7 +131,7 @@ class NodesAhead(LawAhead):
         known, statuses = [], []
         for one in self.zones:
             known.append(one.rows.ravel())
-            status = one.zone.cpp.nodes()["status"]
+            status = self._of(one)["status"]
             statuses.append(np.repeat(status, one.part.layout.components))
         return self._rows.spread(np.concatenate(known), np.concatenate(statuses))
 
@@ -146,29 +146,25 @@ class PointsAhead(LawAhead):
 
     casts = True
 
-    def __init__(self, problem: Any, zones: list[Zone]) -> None:
-        self._problem, self.zones = problem, zones
-
-    def statuses(self) -> bytes:
-        each = (one.zone.cpp.points()["status"].tobytes() for one in self.zones)
-        return b"".join(each)
+    def _of(self, one: Zone) -> dict[str, Array]:
+        return one.zone.cpp.points()
 
     def begin(
         self, rows: RowsOfNodes, x: PETSc.Vec, system: Callable[[bool], System]
     ) -> None:
         self._rows, self._x, self._begin = rows, x, x.array_r.copy()
         self._go(self._begin)
-        self._here = [one.zone.cpp.points() for one in self.zones]
+        self._here = [self._of(one) for one in self.zones]
 
     def linearise(self, step: Array, met: Array) -> bytes:
         self._go(self._begin + SHARE * step)
-        there = [one.zone.cpp.points() for one in self.zones]
+        there = [self._of(one) for one in self.zones]
         self._go(self._begin)
         for one, here, end in zip(self.zones, self._here, there):
             changes = _changes(here, end)
             one.zone.cpp.set_point_changes(changes.ravel())
             # Newton's step is right for those that keep their status
-            changes[one.zone.cpp.points()["status"] == here["status"]] = 0.0
+            changes[self._of(one)["status"] == here["status"]] = 0.0
             one.zone.cpp.set_point_changes(changes.ravel())
         return self.statuses()
 
