@@ -115,6 +115,7 @@ def test_halvings_are_said_and_a_failure_clears_the_terminal():
     assert "load 0.1" in screen.getvalue() and screen.screen() == []
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.mpi
 def test_log_has_a_line_for_each_other_way_from_rank_0():
     log = io.StringIO()
@@ -135,6 +136,7 @@ def test_log_has_a_line_for_each_other_way_from_rank_0():
         )
 
 
+@pytest.mark.usefixtures("not_ahead")
 def test_a_terminal_shows_what_is_tried_and_takes_it_away():
     screen = Terminal()
     _, steps = sticking("quadrilateral", progress=screen)
@@ -153,6 +155,7 @@ def test_bodies_out_of_reach_have_no_gap():
     assert COMM.bcast(log.getvalue(), root=0) != ""
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.mpi
 @pytest.mark.parametrize("kind", [io.StringIO, Terminal])
 def test_a_step_that_takes_long_says_how_far_it_is(kind, monkeypatch):

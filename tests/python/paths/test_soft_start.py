@@ -15,6 +15,7 @@ from raymortar.paths.soft_start import SoftStart
 NODES = {"method": raymortar.AugmentedLagrangian(condition="nodes")}
 
 
+@pytest.mark.usefixtures("not_ahead")
 def test_a_slender_strip_takes_few_tangents_and_has_the_same_answer(monkeypatch):
     """135 tangents, all steps by a small gamma, without the start."""
     found = []
@@ -86,6 +87,7 @@ def test_gamma_and_tolerances_are_back_after_a_start_that_fails():
     assert (contact.gamma, solver.tolerances) == before
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.mpi
 def test_leaves_have_the_answer_of_the_automatic_coefficient_in_few_tangents():
     """313 tangents, and viscous forces, without softened tangents."""
@@ -98,6 +100,7 @@ def test_leaves_have_the_answer_of_the_automatic_coefficient_in_few_tangents():
     assert path.result() == pytest.approx(0.99716533588, rel=1e-9)
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.mpi
 def test_a_coefficient_with_which_solves_fail_gives_way_for_good(tmp_path):
     """Results, a lone solve, the next path and a checkpoint have the same one."""

@@ -111,6 +111,7 @@ def test_a_lone_solve_ends_where_residuals_repeat(cell_2d, solver):
 # Paths
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.mpi(
     where=lambda cell, solver: cell == "quadrilateral" and solver is SOLVERS[0]
 )

@@ -43,6 +43,7 @@ def test_steps_that_work_are_accepted_alone(solver):
         assert calls.names == k * ["accept"]
 
 
+@pytest.mark.usefixtures("not_ahead")
 def test_each_other_way_begins_at_the_accepted_state():
     problem, steps = sticking("quadrilateral")
     calls = noted(problem, steps)
@@ -75,6 +76,7 @@ def test_hooks_have_to_be_functions():
             LoadSteps(steps.solver, lambda t: None, **{name: 3})
 
 
+@pytest.mark.usefixtures("not_ahead")
 @pytest.mark.parametrize("name", ["on_accept", "on_reject"])
 def test_an_error_of_one_rank_is_raised_on_all(name):
     problem, steps = (
