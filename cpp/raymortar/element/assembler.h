@@ -114,9 +114,9 @@ struct ContactState
   std::vector<PointBound> friction_bounds;
   std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
   NodeChanges node_changes;
-  /// Laws at points are linearised at these changes of the state: of the
-  /// traction that is the multiplier, and of the gap along the normal less the
-  /// slip along the surface, (points, 2 gdim). Empty: none
+  /// Where laws at points are linearised, other than at the present state:
+  /// changes of the traction that is the multiplier, and of the gap along the
+  /// normal less the slip along the surface, (points, 2 gdim). Empty: none
   std::vector<double> point_changes;
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over
