@@ -45,6 +45,7 @@ def test_peak_and_half_width_improve_with_refinement():
 
 
 @pytest.mark.mpi
+@pytest.mark.usefixtures("not_ahead")
 def test_newton_needs_few_iterations_and_ends_quadratically():
     _, result = cylinder_errors(20)
     assert max(result.iterations) <= 8
