@@ -5,13 +5,14 @@ import json
 from pathlib import Path
 
 import pytest
+from ahead import without
 from kept_meshes import kept_meshes
 from loaded_forms import keep_loaded_forms
 from problems import CELLS, CELLS_2D, CELLS_3D, COMM
 from rounding_noise import disturb_tangents
 from selection import of_a_push, of_each_file
 
-from raymortar.solvers import correcting, statuses_ahead
+from raymortar.solvers import correcting
 from raymortar.viscous.landing import Landing
 from raymortar.viscous.settling import Settling
 
@@ -52,9 +53,10 @@ def uncorrected(monkeypatch):
 
 
 @pytest.fixture
-def not_ahead(monkeypatch):
+def not_ahead():
     """Iterations end with the statuses that their linear step has at its begin."""
-    monkeypatch.setattr(statuses_ahead, "MOST_COLUMNS", 0)
+    with without():
+        yield
 
 
 @pytest.fixture

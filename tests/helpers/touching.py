@@ -1,11 +1,23 @@
 """A strip in contact, and the rows of its law in the system."""
 
 import numpy as np
-from slender import bent
+import pytest
+from ahead import without
+from pathing import take
+from slender import bent, leaves
 
 import raymortar
 from raymortar.solvers.correcting import correcting
 from raymortar.solvers.rows_of_nodes import RowsOfNodes
+
+
+def require_few_iterations_of_leaves(method, rel):
+    """With statuses ahead at most five a step, fewer than without, and the same end."""
+    with without():
+        plain = take(one := leaves(2, 1.0, 2, method=method))
+    found = take(other := leaves(2, 1.0, 2, method=method))
+    assert found.arrived and found.iterations <= 5 * 2 < plain.iterations
+    assert other.result() == pytest.approx(one.result(), rel=rel)
 
 
 class Touching:

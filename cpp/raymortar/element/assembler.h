@@ -114,9 +114,9 @@ struct ContactState
   std::vector<PointBound> friction_bounds;
   std::vector<PointBound> node_bounds; ///< the same at nodes; empty: none
   NodeChanges node_changes;
-  /// Where laws at points are linearised, other than at the present state:
-  /// changes of the traction that is the multiplier, and of the gap along the
-  /// normal less the slip along the surface, (points, 2 gdim). Empty: none
+  /// Laws at points are linearised at the present state plus these changes: of
+  /// the multiplier, and of the gap along the normal less the slip across it,
+  /// (points, 2 gdim). Empty: at the present state
   std::vector<double> point_changes;
   /// Accepted tangential traction of the friction springs: of the elastic
   /// penalty as it is; with a multiplier what the law has more than it, over

@@ -39,9 +39,6 @@ struct HitPoint : SlavePoint<D, Law>
       std::conditional_t<Slopes, FrictionResponse<D, M>, PointValue<D, M>>>;
   using Old = OldPoint<D, is_frictional<Law>>;
 
-  static constexpr bool has_condition_at_points =
-      M > 0 and holds_at_points<Law>;
-
   bool of_target; ///< the law uses the target's frame, not the slave's
   double g;       ///< length of the ray from slave to master
   double offset;  ///< added to gaps, length
@@ -239,7 +236,7 @@ private:
   [[nodiscard]] Response respond(const TaylorData<D>& e,
                                  const ElementPoint& q) const
   {
-    if constexpr (has_condition_at_points)
+    if constexpr (M > 0 and holds_at_points<Law>)
       if (q.changes)
         return respond_elsewhere(state_of_law(e, q), q.changes);
     if constexpr (not is_frictional<Law>)

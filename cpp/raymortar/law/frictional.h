@@ -105,7 +105,8 @@ struct SlipAlong
   }
 };
 
-/// @brief The friction law of a state at another one, with a multiplier.
+/// @brief The friction law of the state `at`, as it is at the state `there`.
+/// Both have a multiplier.
 template <int D, class State>
 [[nodiscard]] FrictionLaw friction_at(const State& there, const State& at)
 {

@@ -195,9 +195,9 @@ class HeldBody(Strategy):
 class FadingForces(Strategy):
     """Viscous forces that fade. They go first where nothing else holds a body.
 
-    Many points close at once on the way of a body, and some cycle at corners. So where
-    one of their solves fails, it goes by a small gamma, if there is such a way. One that
-    does not help is left out for the next failures of the step.
+    Many points may close at once on the way of a body, and some cycle at corners. So a
+    solve that fails under these forces is repeated by a small gamma, if there is such a
+    way. If that fails as well, it is left out at the next failures of the step.
     """
 
     name = VISCOUS

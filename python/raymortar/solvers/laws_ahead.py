@@ -40,16 +40,15 @@ class Zone:
 
 
 class LawAhead(ABC):
-    """A law that is linearised elsewhere than at the present state, in some zones.
-    Collective.
+    """The law of some zones, which can be linearised at the end of a step. Collective.
 
     Attributes
     ----------
     zones
         Those of this rank.
     casts
-        Whether it moves points and casts their rays, so that the rows of the system at
-        the present state are others after `begin`.
+        Whether `begin` casts rays again. The rows of the system then lack how segments
+        move.
     """
 
     casts = False
@@ -63,24 +62,24 @@ class LawAhead(ABC):
 
     @abstractmethod
     def _of(self, one: Zone) -> dict[str, Array]:
-        """What is known of the nodes or points of a zone."""
+        """Fields of the nodes or points of a zone, by name."""
 
     @abstractmethod
     def begin(
         self, rows: RowsOfNodes, x: PETSc.Vec, system: Callable[[bool], System]
     ) -> None:
-        """Take what a step begins with: x, and the rows as the law is now, of which
-        `system` gives all or, given False, none of contact's residual."""
+        """Note the present state, x. `system` gives entries and residuals of the rows,
+        and leaves contact out of the residuals if it is given False."""
 
     @abstractmethod
     def linearise(self, step: Array, met: Array) -> bytes:
-        """Linearise where a step leads, which also is given in the columns of the rows;
-        return the statuses on this rank."""
+        """Linearise where a step leads; return the statuses on this rank. `met` has the
+        step's values in the columns of the rows."""
 
     @abstractmethod
     def changed(self, differ: Mask) -> Mask:
-        """Tell which of all rows have another status, given those of this rank whose
-        entries differ."""
+        """Tell which rows of all ranks change with statuses. `differ` tells whose
+        entries do, of this rank's."""
 
     @abstractmethod
     def end(self) -> None:
@@ -186,8 +185,9 @@ class PointsAhead(LawAhead):
 
 
 def _changes(here: dict[str, Array], end: dict[str, Array]) -> Array:
-    """Changes of the multiplier, and of the gap along the normal less the slip across
-    it, at the end of a step of which the points have gone a part, (points, 2 d)."""
+    """Changes by a whole step, from points where it begins and where they have gone
+    `SHARE` of it: of the multiplier, and of the gap along the normal less the slip
+    across it, (points, 2 d)."""
     n = here["contact_normal"]
     traction = end["traction"] - here["traction"]
     way = (end["gap"] - here["gap"])[:, None] * n
@@ -200,22 +200,24 @@ def _changes(here: dict[str, Array], end: dict[str, Array]) -> Array:
 
 
 def laws_ahead(problem: Any) -> NodesAhead | PointsAhead | None:
-    """The law of the contacts with a multiplier, but for friction at points of which the
-    user knows the bounds; None where some hold at nodes and some at points, or
-    constraints combine unknowns."""
-    at_nodes: dict[bool, list[Zone]] = {True: [], False: []}
+    """The law of the contacts with a multiplier; None if some hold at nodes and others
+    at points, or if constraints combine unknowns. A user's friction at points is left
+    out: its bounds are known at points that are closed now."""
+    at_nodes: list[Zone] = []
+    at_points: list[Zone] = []
     for k, (one, part) in enumerate(
         zip(problem.contact.contacts, problem.contact.parts)
     ):
         if one.multiplier is None or part.surfaces.tied is not None:
             continue
-        kind = getattr(one.method, "condition", "points") == "nodes"
         sends_bounds = one.friction is not None and one.friction.sends_bounds
-        if sends_bounds and not kind:
-            continue
-        at_nodes[kind] += [Zone(k, part, zone) for zone in one.zones]
-    if problem.constraints is not None or all(at_nodes.values()):
+        for zone in one.zones:
+            if zone.has_law_at_nodes:
+                at_nodes.append(Zone(k, part, zone))
+            elif not sends_bounds:
+                at_points.append(Zone(k, part, zone))
+    if problem.constraints is not None or (at_nodes and at_points):
         return None
-    if at_nodes[True]:
-        return NodesAhead(problem, at_nodes[True])
-    return PointsAhead(problem, at_nodes[False]) if at_nodes[False] else None
+    if at_nodes:
+        return NodesAhead(problem, at_nodes)
+    return PointsAhead(problem, at_points) if at_points else None

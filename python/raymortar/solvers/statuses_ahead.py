@@ -36,7 +36,7 @@ ROUNDING = 1e-12
 
 
 class _Step:
-    """The linear step from an iterate, as its rows at nodes change. Collective.
+    """The linear step from an iterate, as rows of the law change. Collective.
 
     With the tangent A and the residual r the step is d = -A^-1 r. Where rows of the
     system change by D, and those of the residual by e, it is d - Z v, with the columns Z
@@ -101,8 +101,9 @@ def factors(ksp: PETSc.KSP) -> PETSc.Mat:
     return ksp.getPC().getFactorMatrix()
 
 
-class _LinearStep:
-    """The linear step from an iterate x, and the law where it leads. Collective."""
+class _LawOfStep:
+    """The law in the linear step from an iterate x, linearised where solves for the step
+    lead. Collective."""
 
     def __init__(
         self, ahead: StatusesAhead, law: LawAhead, rows: RowsOfNodes, x: Any, d: Array
@@ -175,7 +176,7 @@ class StatusesAhead:
         self._cast: list[ZoneData] = []
         # A matrix for contact alone, and the rows of the law in it and the tangent
         self._A: Any = None
-        self._nodes: Any = None
+        self._of_law: Any = None
 
     def __bool__(self) -> bool:
         return self._law is not None
@@ -254,8 +255,8 @@ class StatusesAhead:
             destroy(self._A)
             self._A = A.duplicate()
             self._A.setAttr(ROOM, room)
-            self._nodes = RowsOfNodes([one.rows for one in law.zones], A)
-        found: RowsOfNodes = self._nodes
+            self._of_law = RowsOfNodes([one.rows for one in law.zones], A)
+        found: RowsOfNodes = self._of_law
         return found
 
     def _step(self, law: LawAhead, x: PETSc.Vec, d: Array) -> Array | None:
@@ -263,26 +264,26 @@ class StatusesAhead:
         Newton's at x; None: that is the best."""
         rows = self._rows(law)
         try:
-            return self._settled(_LinearStep(self, law, rows, x, d), d)
+            return self._settled(_LawOfStep(self, law, rows, x, d), d)
         finally:
             law.end()
 
-    def _settled(self, linear: _LinearStep, d: Array) -> Array | None:
+    def _settled(self, of_step: _LawOfStep, d: Array) -> Array | None:
         """Solve for the step until no status changes."""
         best, least, in_vain, found, seen = None, np.inf, 0, d, [b""]
         for _ in range(MOST_SOLVES):
             try:
-                statuses = self._of_all(linear.linearise(found))
+                statuses = self._of_all(of_step.linearise(found))
             except ContactError:  # no rays can be cast there
                 break
-            norm, in_vain = linear.left(), in_vain + 1
+            norm, in_vain = of_step.left(), in_vain + 1
             if norm < least:
                 least, in_vain = norm, 0
                 best = None if found is d else found
             if statuses in seen or in_vain == IN_VAIN:
                 break
             seen.append(statuses)
-            changed = linear.solved()
+            changed = of_step.solved()
             if changed is None:
                 break
             found = changed

@@ -5,25 +5,20 @@ from unittest import mock
 import numpy as np
 import pytest
 import slender
+from ahead import without
 from pathing import take
 from problems import worst
-from slender import bent, leaves
-from touching import Touching
+from slender import bent
+from touching import Touching, require_few_iterations_of_leaves
 
 import raymortar
 from raymortar.core.interface.point_results import CLOSED, OPEN
 from raymortar.core.terms import Term
 from raymortar.solvers import laws_ahead
-from raymortar.solvers import statuses_ahead as module
 from raymortar.solvers.correcting import correcting
 from raymortar.solvers.statuses_ahead import StatusesAhead
 
 AT_POINTS = raymortar.AugmentedLagrangian(condition="points")
-
-
-def without():
-    """No iterate ends with other statuses than Newton's."""
-    return mock.patch.object(module, "MOST_COLUMNS", 0)
 
 
 def set_changes(of, values):
@@ -103,11 +98,7 @@ def test_strips_take_few_iterations_and_end_the_same(mu):
 @pytest.mark.mpi
 @pytest.mark.quick
 def test_leaves_take_few_iterations():
-    with without():
-        plain = take(one := leaves(2, 1.0, 2, method=AT_POINTS))
-    found = take(other := leaves(2, 1.0, 2, method=AT_POINTS))
-    assert found.arrived and found.iterations <= 5 * 2 < plain.iterations
-    assert other.result() == pytest.approx(one.result(), rel=1e-7)
+    require_few_iterations_of_leaves(AT_POINTS, rel=1e-7)
 
 
 def iterations_of(law):

@@ -5,10 +5,11 @@ from unittest import mock
 import numpy as np
 import pytest
 import slender
+from ahead import without
 from pathing import take
 from problems import COMM
 from slender import bent, leaves
-from touching import Touching
+from touching import Touching, require_few_iterations_of_leaves
 
 import raymortar
 from raymortar.solvers import statuses_ahead as module
@@ -18,11 +19,6 @@ from raymortar.solvers.statuses_ahead import StatusesAhead
 
 AT_NODES = raymortar.AugmentedLagrangian(condition="nodes")
 NONE = np.empty(0)
-
-
-def without():
-    """No iterate ends with other statuses than Newton's."""
-    return mock.patch.object(module, "MOST_COLUMNS", 0)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
@@ -105,11 +101,7 @@ def test_a_nearly_linear_step_takes_few_iterations():
 @pytest.mark.mpi
 @pytest.mark.quick
 def test_leaves_take_few_iterations():
-    with without():
-        plain = take(one := leaves(2, 1.0, 2, method=AT_NODES))
-    found = take(other := leaves(2, 1.0, 2, method=AT_NODES))
-    assert found.arrived and found.iterations <= 5 * 2 < plain.iterations
-    assert other.result() == pytest.approx(one.result(), rel=1e-9)
+    require_few_iterations_of_leaves(AT_NODES, rel=1e-9)
 
 
 @pytest.mark.mpi
@@ -177,7 +169,7 @@ def test_a_law_of_the_users_takes_the_iterations_of_coulombs():
 
 @pytest.mark.parametrize("condition", ["points", "nodes", None])
 def test_penalties_are_left_alone(condition):
-    """None here."""
+    """Laws with a multiplier are not; None stands for a penalty."""
     method = raymortar.Penalty()
     if condition is not None:
         method = raymortar.AugmentedLagrangian(condition=condition)

@@ -32,7 +32,7 @@ class Law(Options):
     """A friction law with a coefficient, or without."""
 
     quantity: ClassVar[Quantity | None] = None
-    # Whether `at_points` gives an object: bounds are known at closed points alone
+    # Whether `at_points` gives an object, which knows bounds at closed points alone
     sends_bounds: ClassVar[bool] = False
     _make: ClassVar[Callable[..., Any]]
     _name = ""  # of the coefficient
