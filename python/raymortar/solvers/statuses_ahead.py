@@ -31,6 +31,10 @@ IN_VAIN = 12
 # Residual over that of Newton's iterate above which that one stays
 WORSE = 1.1
 
+# At points: residual over the last one, up to which Newton's iterate stays if no more
+# than a few statuses differ. The step is right but for these, and the next one finds them
+FELL, FEW = 0.01, 2
+
 # Difference of two rows that is rounding, over their largest entry
 ROUNDING = 1e-12
 
@@ -190,7 +194,7 @@ class StatusesAhead:
             return
         assert law is not None
         changed = _differing(self._of_all(law.statuses()), self._statuses)
-        if not 0 < changed <= MOST_COLUMNS:
+        if not 0 < changed <= MOST_COLUMNS or (law.casts and self._is_near(changed)):
             return
         begin, newton, norm = self._begin, x.copy(), problem.convergence.now.norm
         assert begin is not None
@@ -206,6 +210,12 @@ class StatusesAhead:
             newton.copy(x)
             self._evaluate(x, b)
         destroy(newton)
+
+    def _is_near(self, changed: int) -> bool:
+        """Whether Newton's iterate is near the end of its step, with as many statuses
+        that differ."""
+        last, now = self._problem.history[-2:]
+        return changed <= FEW and now <= FELL * last
 
     def _is_fit(self, x: PETSc.Vec, b: PETSc.Vec, norm: float) -> bool:
         """Take the residual; return whether it is finite, and not far above `norm`,

@@ -7,6 +7,7 @@ import pytest
 import slender
 from ahead import without
 from pathing import take
+from pressed_blocks import blocks
 from problems import worst
 from slender import bent
 from touching import Touching, require_few_iterations_of_leaves
@@ -164,3 +165,20 @@ def test_nodes_and_points_in_one_problem_are_left_alone():
     both.contact.contacts = [*contacts, *other.contacts]
     both.contact.parts = [*path.problem.contact.parts, *other.parts]
     assert laws_ahead.laws_ahead(both) is None
+
+
+@pytest.mark.parametrize(
+    "cell, degree, solves", [("tetrahedron", 2, 0), ("hexahedron", 1, 1)]
+)
+def test_a_step_that_is_nearly_right_is_not_solved_again(cell, degree, solves):
+    """Residuals fall by a factor above 100 in both, and one status changes, or twelve."""
+    friction = raymortar.Coulomb(0.3)
+    problem = blocks(cell, degree, friction=friction, method=AT_POINTS).problem
+    solver = raymortar.NewtonSolver(problem)
+    spy = mock.patch.object(
+        StatusesAhead, "_step", autospec=True, side_effect=StatusesAhead._step
+    )
+    with correcting(solver), spy as step:
+        iterations, _ = solver.solve()
+    assert step.call_count == solves
+    assert iterations == 1
