@@ -16,7 +16,9 @@ import numpy as np
 from .. import _cpp
 from ..core import on_demand
 from ..core.compat import Array, Indices, Mask
+from ..core.discretization.facets import facet_nodes
 from ..core.discretization.ranks import index_among, of_all
+from ..core.discretization.surfaces import Surface
 from ..core.errors import format_point
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
@@ -100,12 +102,32 @@ def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
     penetration = np.where(sees, np.minimum(last.gap, 0.0) - way.gap, -way.gap)
     # While something is in contact, facets may hang beside a master's edge, below it,
     # and a slide may leave some behind
-    lost = sees | is_inside | is_apart
-    lost &= penetration > np.maximum(depth, way.slide)
+    deep = penetration > np.maximum(depth, way.slide)
+    lost = deep & (sees | is_inside | is_apart)
+    lost |= _are_covered(zone, way, deep & last.closed & ~lost)
     reach = np.maximum(zone.distance("reach")[last.facet], depth)
     lifted = way.gap >= way.slide
     torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
     return np.where(lost, penetration, 0.0), np.where(torn, way.slide, 0.0)
+
+
+def _are_covered(zone: ZoneData, way: Path, asked: Mask) -> Mask:
+    """Tell which points asked for have their master above them, however deep they are: it
+    has let them in while other facets have stayed in contact. Those that hang beside an
+    edge have not. Collective."""
+    found = np.zeros_like(asked)
+    if zone.facets.meets_itself or not zone.comm.allreduce(bool(asked.any())):
+        return found
+    _, master = zone.sides
+    at = facet_nodes(master.shape, master.node_degree)
+    facets, count = np.arange(len(master.facet_ids)), len(at)
+    of = np.repeat(facets, count), np.tile(at, (len(facets), 1))
+    places = positions(master, *of, way.u).reshape(-1, count, master.gdim)
+    solid = _as_solid(master, places, zone.comm)
+    more = ((0, 0), (0, 3 - way.x.shape[1]))
+    x, n = (np.pad(part[asked], more) for part in (way.x, way.n))
+    found[asked] = solid.distances_along(x, n) < 0.0
+    return found
 
 
 def _passed_by_tools(zone: ZoneData, contact: Interaction) -> str:
@@ -229,7 +251,9 @@ def _moved(problem: CoupledProblem) -> Mask:
 class Path:
     """Places of the slave points relative to those opposite to them. Lengths."""
 
+    u: Array  # displacement of this rank's dofs, (dofs, d)
     x: Array  # present positions of the slave points, (n, d)
+    n: Array  # their normals, (n, d)
     gap: Array  # of the master's point along the slave's normal, (n,)
     slide: Array  # across the normal, (n,)
     thickness: Array  # of the master behind its facet, (n,)
@@ -256,7 +280,9 @@ def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     mine = answers[start : start + len(x)]
     way = mine[:, :-1] - x
     gap = np.einsum("nd,nd->n", way, n)
-    return Path(x, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1])
+    return Path(
+        u, x, n, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1]
+    )
 
 
 def passed_points(zone: ZoneData, comm: MPI.Comm) -> Indices:
@@ -266,13 +292,15 @@ def passed_points(zone: ZoneData, comm: MPI.Comm) -> Indices:
     if not zone.facets.bodies or not comm.allreduce(len(found)):
         return found
     # Some may be beside a body that is at the back of theirs
-    return zone.cpp.penetrating_points(_slave_as_solid(zone, comm))
-
-
-def _slave_as_solid(zone: ZoneData, comm: MPI.Comm) -> _cpp.Tool:
-    """Make a solid of the slave's facets on all ranks, where they are. Collective."""
     surface = zone.facets.slave_surface
-    (x,) = of_all(comm, zone.cpp.slave_positions()[surface.facet_nodes])
-    nodes = np.arange(x.shape[0] * x.shape[1], dtype=np.int32)
+    x = zone.cpp.slave_positions()[surface.facet_nodes]
+    return zone.cpp.penetrating_points(_as_solid(surface, x, comm))
+
+
+def _as_solid(surface: Surface, x: Array, comm: MPI.Comm) -> _cpp.Tool:
+    """Make a solid of a surface's facets on all ranks, from where this rank's have their
+    nodes, (facets, nodes, d). Collective."""
+    (every,) = of_all(comm, x)
+    nodes = np.arange(every.shape[0] * every.shape[1], dtype=np.int32)
     shape = getattr(_cpp.Shape, surface.shape)
-    return _cpp.facet_tool(shape, surface.node_degree, x.ravel(), nodes)
+    return _cpp.facet_tool(shape, surface.node_degree, every.ravel(), nodes)

@@ -31,7 +31,7 @@ IN_VAIN = 12
 # Residual over that of Newton's iterate above which that one stays
 WORSE = 1.1
 
-# At points: residual over the last one, up to which Newton's iterate stays if no more
+# Residual over the last one, up to which Newton's iterate stays if no more
 # than a few statuses differ. The step is right but for these, and the next one finds them
 FELL, FEW = 0.01, 2
 
@@ -194,7 +194,7 @@ class StatusesAhead:
             return
         assert law is not None
         changed = _differing(self._of_all(law.statuses()), self._statuses)
-        if not 0 < changed <= MOST_COLUMNS or (law.casts and self._is_near(changed)):
+        if not 0 < changed <= MOST_COLUMNS or self._is_near(changed):
             return
         begin, newton, norm = self._begin, x.copy(), problem.convergence.now.norm
         assert begin is not None

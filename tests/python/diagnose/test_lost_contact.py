@@ -10,11 +10,15 @@ from dolfinx import fem
 from problems import COMM, DIMENSION, SOLVERS, build, fix
 from told import keep_warnings, refuse_warnings
 
+from meshes.blocks import Block
+from meshes.meshing import Scene, assemble_blocks
 from meshes.scenes import two_blocks
 from raymortar import ContactWarning, ConvergenceError, LoadSteps
 from raymortar.core.errors import ContactLost
 
 GAP = 0.01
+TAGS = {"bottom": 1, "slave": 3, "master": 4}
+LOWER = {"bottom": TAGS["bottom"], "top": TAGS["master"]}
 
 
 class Tool:
@@ -134,6 +138,60 @@ def test_load_steps_say_that_contact_was_lost(cell_2d):
     with pytest.raises(ConvergenceError, match=lost) as failure:
         LoadSteps(tool.solver, apply, 1, max_halvings=0).run()
     assert isinstance(failure.value.__cause__, ContactLost)
+
+
+class TwoTools:
+    """Two small blocks of one slave over a wide one: the left one stays in touch."""
+
+    def __init__(self, cell):
+        dim = DIMENSION[cell]
+        fine, coarse = (6,) * (dim - 1), (1,) * dim
+        blocks = [Block((*fine, 4), (0.0,) * dim, (1.0,) * dim, tags=LOWER)]
+        for left in (0.1, 0.6):
+            begin, end = (left, 0.2)[: dim - 1], (left + 0.3, 0.5)[: dim - 1]
+            corners = (*begin, 1.0 + GAP), (*end, 1.3 + GAP)
+            blocks.append(Block(coarse, *corners, tags={"bottom": TAGS["slave"]}))
+        scene = Scene(*assemble_blocks(COMM, blocks, cell), TAGS)
+        self.places = [
+            fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType)) for _ in range(2)
+        ]
+
+        def conditions(V, scene):
+            x = V.tabulate_dof_coordinates()
+            above, right = x[:, dim - 1] > 1.0 + GAP / 2, x[:, 0] > 0.5
+            held = [np.flatnonzero(above & ~right), np.flatnonzero(above & right)]
+            return [
+                fix(V, scene, "bottom"),
+                *(
+                    fem.dirichletbc(place, dofs.astype(np.int32), V)
+                    for place, dofs in zip(self.places, held)
+                ),
+            ]
+
+        self.case = build(scene, bcs=conditions)
+
+    def solve(self, across, down):
+        """Warnings of a step that moves the right one alone."""
+        for place in self.places:
+            place.value[-1] = -GAP - 0.005
+        solver = SOLVERS[0](self.case.problem)
+        solver.solve()
+        self.case.contact.advance()
+        self.places[1].value[0], self.places[1].value[-1] = across, -GAP - down
+        with warnings.catch_warnings(record=True) as caught:
+            keep_warnings()
+            solver.solve()
+        assert self.case.contact.statistics.active_points > 0
+        return [str(w.message) for w in caught if w.category is ContactWarning]
+
+
+@pytest.mark.mpi(where=lambda cell, **_: cell == "triangle")
+@pytest.mark.parametrize("across", [0.0, 0.55])
+def test_a_tool_that_goes_in_while_another_touches(cell, across):
+    """Its rays meet nothing within reach, and so do those of one beside the edge."""
+    found = TwoTools(cell).solve(across, 1.5)
+    told = any("passed into or through" in text for text in found)
+    assert told == (across == 0.0)
 
 
 # Ends that are right
