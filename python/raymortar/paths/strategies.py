@@ -7,10 +7,11 @@ from contextlib import nullcontext
 from functools import partial
 from weakref import WeakMethod
 
-from ..core.errors import ConvergenceError
+from ..core import on_demand
+from ..core.errors import ConvergenceError, SetUpError
 from ..core.finding import Finding
 from ..core.state import State
-from ..diagnose.failure import FAILURES, attempt
+from ..diagnose.failure import FAILURES, attempt, in_use_of
 from ..solvers.correcting import correcting
 from ..solvers.settings import temporarily
 from ..viscous.stabilization import Stabilization
@@ -28,6 +29,8 @@ from .strategy import (
     is_curable,
 )
 from .ways import FadingForces, HeldBody, PartialSteps, SmallGamma, SoftStep
+
+_unborne_loads = on_demand.function("raymortar.diagnose.unborne.unborne_loads")
 
 # Solves of one step under viscous forces that the user has not asked for
 MOST_VISCOUS = 40
@@ -104,6 +107,8 @@ class Strategies:
         """
         self.balance = None
         self._given.plain.begin_step()
+        if last is None:
+            self._require_support()
         # A solve stops as soon as it is in trouble if another way is left
         convergence = self.solver.problem.convergence
         patient = not (self._automatic or self._asked_for)
@@ -121,6 +126,8 @@ class Strategies:
                 if not (tries_others and self._is_curable(failure)):
                     raise
                 convergence.hasty = False
+                self._contact.restore(now)
+                self._require_support()
                 # No variable keeps the failure: in a cycle with this frame, ranks would
                 # free the solver, which is collective, at different times
                 iterations = self._after(now)
@@ -128,6 +135,14 @@ class Strategies:
                     raise
                 self._lessons.solved(self.used, plain_failed=True)
                 return iterations
+
+    def _require_support(self) -> None:
+        """Refuse loads that nothing bears in whatever step. Collective."""
+        led = in_use_of(self.solver.problem).controlled
+        if led or self._asked_for is not None:
+            return
+        if (text := _unborne_loads(self.solver.problem)) is not None:
+            raise SetUpError(text)
 
     def _full(self, now: State, last: State | None, ratio: float) -> int:
         """Solve by the solver as it was given, and learn from it."""
