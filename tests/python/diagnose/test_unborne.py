@@ -37,7 +37,7 @@ def test_springs_bear_loads(cell_2d):
     found = pressed(cell_2d, ["top"])
     (F, _), u = found.problem.forms, found.u
     v = ufl.TestFunction(u.function_space)
-    on_springs = F + 1e-3 * ufl.inner(u, v) * ufl.ds
+    on_springs = F + 1e-3 * ufl.inner(u, v) * ufl.dx
     assert unborne_loads(NonlinearProblem(on_springs, found.contact)) is None
     assert unborne_loads(NonlinearProblem(F, found.contact)) is not None
 
