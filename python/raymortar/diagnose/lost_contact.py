@@ -16,13 +16,18 @@ import numpy as np
 from .. import _cpp
 from ..core import on_demand
 from ..core.compat import Array, Indices, Mask
-from ..core.discretization.facets import facet_nodes
 from ..core.discretization.ranks import index_among, of_all
 from ..core.discretization.surfaces import Surface
 from ..core.errors import format_point
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
-from ..core.interface.zone_data import OppositePoints, ZoneData, positions, unit_normals
+from ..core.interface.zone_data import (
+    OppositePoints,
+    ZoneData,
+    nodes_of_facets,
+    positions,
+    unit_normals,
+)
 from ..core.problem import CoupledProblem
 from .holding import (
     AXES,
@@ -70,8 +75,9 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     """Tell how many facets have lost the master that they hit at the accepted step, and
     which is the farthest; "" for none. Collective."""
     comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
-    way = path(zone, zone.opposite, contact.u.x.array.reshape(-1, dim))
-    through, across = _distances(zone, way)
+    u = contact.u.x.array.reshape(-1, dim)
+    way = path(zone, zone.opposite, u)
+    through, across = _distances(zone, way, u)
     most = np.maximum(through, across)
     facets, farthest = comm.allreduce(int(np.count_nonzero(most))), (0.0, "")
     if most.any():
@@ -85,7 +91,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     return f"{facets} facets of {zone.facets.spoken} have {text}" if facets else ""
 
 
-def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
+def _distances(zone: ZoneData, way: Path, u: Array) -> tuple[Array, Array]:
     """Distances of points out of contact's reach: the depth behind the master that they
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
@@ -104,26 +110,23 @@ def _distances(zone: ZoneData, way: Path) -> tuple[Array, Array]:
     # and a slide may leave some behind
     deep = penetration > np.maximum(depth, way.slide)
     lost = deep & (sees | is_inside | is_apart)
-    lost |= _are_covered(zone, way, deep & last.closed & ~lost)
+    lost |= _are_below(zone, way, u, deep & last.closed & ~lost)
     reach = np.maximum(zone.distance("reach")[last.facet], depth)
     lifted = way.gap >= way.slide
     torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
     return np.where(lost, penetration, 0.0), np.where(torn, way.slide, 0.0)
 
 
-def _are_covered(zone: ZoneData, way: Path, asked: Mask) -> Mask:
-    """Tell which points asked for have their master above them, however deep they are: it
-    has let them in while other facets have stayed in contact. Those that hang beside an
-    edge have not. Collective."""
+def _are_below(zone: ZoneData, way: Path, u: Array, asked: Mask) -> Mask:
+    """Tell which of the points that are asked for lie below their master, at any depth.
+    Points that hang beside its edge do not. Collective."""
     found = np.zeros_like(asked)
     if zone.facets.meets_itself or not zone.comm.allreduce(bool(asked.any())):
         return found
     _, master = zone.sides
-    at = facet_nodes(master.shape, master.node_degree)
-    facets, count = np.arange(len(master.facet_ids)), len(at)
-    of = np.repeat(facets, count), np.tile(at, (len(facets), 1))
-    places = positions(master, *of, way.u).reshape(-1, count, master.gdim)
-    solid = _as_solid(master, places, zone.comm)
+    nodes = nodes_of_facets(master, master.node_degree)
+    x = positions(master, *nodes, u).reshape(*master.facet_nodes.shape, -1)
+    solid = _as_solid(master, x, zone.comm)
     more = ((0, 0), (0, 3 - way.x.shape[1]))
     x, n = (np.pad(part[asked], more) for part in (way.x, way.n))
     found[asked] = solid.distances_along(x, n) < 0.0
@@ -251,7 +254,6 @@ def _moved(problem: CoupledProblem) -> Mask:
 class Path:
     """Places of the slave points relative to those opposite to them. Lengths."""
 
-    u: Array  # displacement of this rank's dofs, (dofs, d)
     x: Array  # present positions of the slave points, (n, d)
     n: Array  # their normals, (n, d)
     gap: Array  # of the master's point along the slave's normal, (n,)
@@ -280,9 +282,8 @@ def path(zone: ZoneData, opposite: OppositePoints, u: Array) -> Path:
     mine = answers[start : start + len(x)]
     way = mine[:, :-1] - x
     gap = np.einsum("nd,nd->n", way, n)
-    return Path(
-        u, x, n, gap, np.linalg.norm(way - gap[:, None] * n, axis=1), mine[:, -1]
-    )
+    slide = np.linalg.norm(way - gap[:, None] * n, axis=1)
+    return Path(x, n, gap, slide, mine[:, -1])
 
 
 def passed_points(zone: ZoneData, comm: MPI.Comm) -> Indices:
@@ -298,8 +299,8 @@ def passed_points(zone: ZoneData, comm: MPI.Comm) -> Indices:
 
 
 def _as_solid(surface: Surface, x: Array, comm: MPI.Comm) -> _cpp.Tool:
-    """Make a solid of a surface's facets on all ranks, from where this rank's have their
-    nodes, (facets, nodes, d). Collective."""
+    """Make a solid of a surface's facets on all ranks. `x` has the nodes of this rank's,
+    (facets, nodes, d). Collective."""
     (every,) = of_all(comm, x)
     nodes = np.arange(every.shape[0] * every.shape[1], dtype=np.int32)
     shape = getattr(_cpp.Shape, surface.shape)

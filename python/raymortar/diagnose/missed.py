@@ -19,7 +19,12 @@ from ..core.discretization.surfaces import Surface
 from ..core.errors import format_point, warn
 from ..core.interaction import Interaction
 from ..core.interface.point_results import OPEN
-from ..core.interface.zone_data import ZoneData, positions, unit_normals
+from ..core.interface.zone_data import (
+    ZoneData,
+    nodes_of_facets,
+    positions,
+    unit_normals,
+)
 from ..core.problem import CoupledProblem
 from ..core.target import Target
 
@@ -251,8 +256,7 @@ def _is_crossed(facets: Array, begin: Array, end: Array) -> bool:
 
 def _corners(side: Surface, u: Array) -> Array:
     """Deformed corners of the facets of this rank, each with its normal, (n, 2 d)."""
-    at, count = facet_nodes(side.shape, 1), len(side.facet_dofs)
-    facets, at = np.repeat(np.arange(count), len(at)), np.tile(at, (count, 1))
+    facets, at = nodes_of_facets(side, 1)
     of_nodes = u.reshape(-1, side.gdim)
     x = positions(side, facets, at, of_nodes)
     return np.hstack([x, unit_normals(side, facets, at, of_nodes)])

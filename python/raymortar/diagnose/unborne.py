@@ -15,12 +15,11 @@ ROUNDING = 1e-8
 
 
 def unborne_loads(problem: CoupledProblem) -> str | None:
-    """Tell of loads at the present state that no equilibrium bears; None for none.
-    Collective.
+    """Tell how large the present loads are along axes on which nothing bears them; None
+    if there is no such axis. Collective.
 
-    Forces within and between bodies cancel in the sum. Where neither conditions nor
-    springs, masses or rigid bodies hold any body along an axis, loads have to cancel,
-    too.
+    Forces within bodies and between them add up to zero. So must the loads along an axis
+    on which no condition, spring, mass or rigid body holds any body.
     """
     contact = problem.contact
     has_tools = any(zone.facets.bodies for zone in contact.zones)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from functools import partial
 from weakref import WeakMethod
@@ -126,8 +126,6 @@ class Strategies:
                 if not (tries_others and self._is_curable(failure)):
                     raise
                 convergence.hasty = False
-                self._contact.restore(now)
-                self._require_support()
                 # No variable keeps the failure: in a cycle with this frame, ranks would
                 # free the solver, which is collective, at different times
                 iterations = self._after(now)
@@ -137,7 +135,7 @@ class Strategies:
                 return iterations
 
     def _require_support(self) -> None:
-        """Refuse loads that nothing bears in whatever step. Collective."""
+        """Refuse loads that nothing bears, however small the step is. Collective."""
         led = in_use_of(self.solver.problem).controlled
         if led or self._asked_for is not None:
             return
@@ -207,6 +205,7 @@ class Strategies:
     def _after(self, now: State) -> int | None:
         """Solve in the first other way that converges; return None if none does."""
         self._contact.restore(now)
+        self._require_support()
         for way in self.others:
             if way.is_of_use():
                 self.restore(now)

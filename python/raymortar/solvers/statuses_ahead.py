@@ -31,8 +31,8 @@ IN_VAIN = 12
 # Residual over that of Newton's iterate above which that one stays
 WORSE = 1.1
 
-# Residual over the last one, up to which Newton's iterate stays if no more
-# than a few statuses differ. The step is right but for these, and the next one finds them
+# Newton's iterate stays if the residual has fallen to this part of the last one, and no
+# more than a few statuses differ: the next step has these
 FELL, FEW = 0.01, 2
 
 # Difference of two rows that is rounding, over their largest entry
@@ -212,8 +212,8 @@ class StatusesAhead:
         destroy(newton)
 
     def _is_near(self, changed: int) -> bool:
-        """Whether Newton's iterate is near the end of its step, with as many statuses
-        that differ."""
+        """Whether the residual has fallen so far, and so few statuses differ, that
+        Newton's iterate may stay."""
         last, now = self._problem.history[-2:]
         return changed <= FEW and now <= FELL * last
 

@@ -13,7 +13,14 @@ from dolfinx.fem import Function
 
 from ... import _cpp
 from ..compat import Array, Indices, Mask
-from ..discretization.facets import Global, interpolate, normals, shape_functions, units
+from ..discretization.facets import (
+    Global,
+    facet_nodes,
+    interpolate,
+    normals,
+    shape_functions,
+    units,
+)
 from ..discretization.ranks import index_among, of_all
 from ..discretization.surfaces import Surface, surface_sizes
 from ..discretization.tagged import ZoneFacets
@@ -251,6 +258,13 @@ def positions(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
     U = u[surface.dofs[surface.facet_dofs[facets]]]
     moved = interpolate(shape, surface.displacement_degree, U, at)
     return interpolate(shape, surface.node_degree, X, at) + moved
+
+
+def nodes_of_facets(surface: Surface, degree: int) -> tuple[Indices, Array]:
+    """Every local facet with each of its nodes of a degree: facets (n,), and reference
+    coordinates (n, d - 1). The nodes of a facet follow each other."""
+    at, count = facet_nodes(surface.shape, degree), len(surface.facet_dofs)
+    return np.repeat(np.arange(count), len(at)), np.tile(at, (count, 1))
 
 
 def unit_normals(surface: Surface, facets: Indices, at: Array, u: Array) -> Array:
