@@ -56,10 +56,11 @@ def test_no_force_acts_where_all_opens(degree, friction):
     """Neither coupled nor condensed. The gap of the held node is that of the law at
     nodes."""
     dual, known = (strips(degree, method, friction) for method in (DUAL, NODES))
-    dual.solve(SNESSolver)
+    # Not 18 and 21 by the rounding errors that remain of the upper one's forces
+    assert dual.solve(SNESSolver) <= 10
     known.u.x.array[:] = dual.u.x.array
     known.contact.update()
-    assert worst(dual.slave_multiplier()) == 0.0
+    assert worst(dual.slave_multiplier()) <= np.finfo(float).eps * STRIPS[degree][1]
     gaps = [at_wall(case.contact, "gap") for case in (dual, known)]
     assert gaps[0] == pytest.approx(gaps[1], rel=1e-9)
     assert gaps[0] > 1e-3 * STRIPS[degree][0]
