@@ -345,22 +345,6 @@ def test_tractions_that_vanish_are_no_reason_to_go_on():
     assert found[:2] == [False, False] and found[-1]
 
 
-def test_forces_of_a_body_that_is_left_behind_are_no_reason_to_go_on():
-    """Rounding errors are all that remains of them, and fall by themselves, as tractions
-    that vanish do. A soft part of a body has forces that are small as well, but not so
-    small beside the rounding errors of the stiff one."""
-    convergence = Tool("triangle").problem.problem.convergence
-    forces = np.zeros(convergence.groups.count)
-    forces[: convergence.groups.bodies] = convergence.floor
-    zero, found = np.zeros(1), []
-    convergence.start()
-    for share in (0.0, 10.0, 1e-3, 1e-11, 1e-19):
-        convergence.measure((share * forces, share * forces, zero, zero))
-        convergence.accept()
-        found.append(convergence.reached(1e-9, None))
-    assert found == [True, False, False, False, True]
-
-
 def test_the_iteration_is_the_last_one_where_its_square_ends_the_solve():
     """Each residual falls by the square of what the one before fell by."""
     convergence = Tool("triangle").problem.problem.convergence

@@ -17,10 +17,8 @@ PRESCRIBED = 10.0
 # Ratio of stiffnesses up to which line searches see both bodies well enough as they are
 ALIKE = 100.0
 
-# Shares of the rounding error below which a residual counts though it falls. That of a
-# body comes of its stiffest part: its softest one may have forces far below
-FAR_OF_PATCH = 1e-3
-FAR_OF_BODY = EPS
+# Share of the rounding error below which a patch's residual counts though it falls
+FAR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -195,10 +193,8 @@ class Convergence:
             settled = now.residual >= 0.1 * self.recent[0]
         floors = self._floors + self._field_floors + self._inertia_floors
         rounding = settled & (now.residual <= floors)
-        # The tractions of a surface that opens vanish, and their residual with them, and
-        # all forces of a body that it leaves behind without load
-        far = np.where(self.groups.is_patch, FAR_OF_PATCH, FAR_OF_BODY)
-        rounding |= now.residual <= far * floors
+        # The tractions of a surface that opens vanish, and their residual with them
+        rounding |= self.groups.is_patch & (now.residual <= FAR * floors)
         # A tolerance for forces says nothing about fields that are not forces
         return balanced | (rounding & (fields if atol is not None else True))
 
