@@ -17,7 +17,7 @@ from .. import _cpp
 from ..core import on_demand
 from ..core.compat import Array, Indices, Mask
 from ..core.discretization.ranks import index_among, of_all
-from ..core.discretization.surfaces import Surface
+from ..core.discretization.surfaces import Surface, bodies_of_facets
 from ..core.errors import format_point
 from ..core.interaction import Interaction
 from ..core.interface.point_results import CLOSED, OPEN
@@ -77,7 +77,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     comm, dim = contact.layout.comm, zone.facets.slave_surface.gdim
     u = contact.u.x.array.reshape(-1, dim)
     way = path(zone, zone.opposite, u)
-    through, across = _distances(zone, way, u)
+    through, across = _distances(zone, contact, way)
     most = np.maximum(through, across)
     facets, farthest = comm.allreduce(int(np.count_nonzero(most))), (0.0, "")
     if most.any():
@@ -91,7 +91,7 @@ def _lost(zone: ZoneData, contact: Interaction) -> str:
     return f"{facets} facets of {zone.facets.spoken} have {text}" if facets else ""
 
 
-def _distances(zone: ZoneData, way: Path, u: Array) -> tuple[Array, Array]:
+def _distances(zone: ZoneData, contact: Interaction, way: Path) -> tuple[Array, Array]:
     """Distances of points out of contact's reach: the depth behind the master that they
     hit at the accepted step, and the distance across. Zero where contact is not lost.
     Collective."""
@@ -110,23 +110,30 @@ def _distances(zone: ZoneData, way: Path, u: Array) -> tuple[Array, Array]:
     # and a slide may leave some behind
     deep = penetration > np.maximum(depth, way.slide)
     lost = deep & (sees | is_inside | is_apart)
-    lost |= _are_below(zone, way, u, deep & last.closed & ~lost)
+    lost |= _are_below(zone, contact, way, deep & last.closed & ~lost)
     reach = np.maximum(zone.distance("reach")[last.facet], depth)
     lifted = way.gap >= way.slide
     torn = is_apart & last.closed & ~sees & ~lifted & (way.slide > reach)
     return np.where(lost, penetration, 0.0), np.where(torn, way.slide, 0.0)
 
 
-def _are_below(zone: ZoneData, way: Path, u: Array, asked: Mask) -> Mask:
-    """Tell which of the points that are asked for lie below their master, at any depth.
-    Points that hang beside its edge do not. Collective."""
-    found = np.zeros_like(asked)
-    if zone.facets.meets_itself or not zone.comm.allreduce(bool(asked.any())):
+def _are_below(zone: ZoneData, contact: Interaction, way: Path, asked: Mask) -> Mask:
+    """Tell which of the points that are asked for lie below the masters' facets of the
+    bodies that they faced at the accepted step, at any depth. Points that hang beside
+    an edge do not. Collective."""
+    found, comm = np.zeros_like(asked), zone.comm
+    if zone.facets.meets_itself or not comm.allreduce(bool(asked.any())):
         return found
     _, master = zone.sides
+    (ids,) = of_all(comm, zone.opposite.master[asked])
+    faced = index_among(master.facet_ids, ids)
+    bodies = bodies_of_facets(contact.system.bodies, master)
+    (of_all_ranks,) = of_all(comm, bodies[faced[faced >= 0]])
+    here = np.isin(bodies, of_all_ranks)
     nodes = nodes_of_facets(master, master.node_degree)
+    u = contact.u.x.array.reshape(-1, master.gdim)
     x = positions(master, *nodes, u).reshape(*master.facet_nodes.shape, -1)
-    solid = _as_solid(master, x, zone.comm)
+    solid = _as_solid(master, x[here], comm)
     more = ((0, 0), (0, 3 - way.x.shape[1]))
     x, n = (np.pad(part[asked], more) for part in (way.x, way.n))
     found[asked] = solid.distances_along(x, n) < 0.0

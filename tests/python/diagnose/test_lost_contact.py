@@ -140,10 +140,13 @@ def test_load_steps_say_that_contact_was_lost(cell_2d):
     assert isinstance(failure.value.__cause__, ContactLost)
 
 
+ROOF = 3.0  # height of a plate above all
+
+
 class TwoTools:
     """Two small blocks of one slave over a wide one: the left one stays in touch."""
 
-    def __init__(self, cell):
+    def __init__(self, cell, has_roof=False):
         dim = DIMENSION[cell]
         fine, coarse = (6,) * (dim - 1), (1,) * dim
         blocks = [Block((*fine, 4), (0.0,) * dim, (1.0,) * dim, tags=LOWER)]
@@ -151,6 +154,9 @@ class TwoTools:
             begin, end = (left, 0.2)[: dim - 1], (left + 0.3, 0.5)[: dim - 1]
             corners = (*begin, 1.0 + GAP), (*end, 1.3 + GAP)
             blocks.append(Block(coarse, *corners, tags={"bottom": TAGS["slave"]}))
+        if has_roof:
+            corners = (-1.0,) * (dim - 1) + (ROOF,), (3.0,) * (dim - 1) + (ROOF + 0.5,)
+            blocks.append(Block(coarse, *corners, tags={"top": TAGS["master"]}))
         scene = Scene(*assemble_blocks(COMM, blocks, cell), TAGS)
         self.places = [
             fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType)) for _ in range(2)
@@ -158,10 +164,13 @@ class TwoTools:
 
         def conditions(V, scene):
             x = V.tabulate_dof_coordinates()
-            above, right = x[:, dim - 1] > 1.0 + GAP / 2, x[:, 0] > 0.5
+            height, right = x[:, dim - 1], x[:, 0] > 0.5
+            above, roof = (height > 1.0 + GAP / 2) & (height < ROOF), height >= ROOF
             held = [np.flatnonzero(above & ~right), np.flatnonzero(above & right)]
+            still = fem.Constant(scene.mesh, np.zeros(dim, PETSc.ScalarType))
             return [
                 fix(V, scene, "bottom"),
+                fem.dirichletbc(still, np.flatnonzero(roof).astype(np.int32), V),
                 *(
                     fem.dirichletbc(place, dofs.astype(np.int32), V)
                     for place, dofs in zip(self.places, held)
@@ -192,6 +201,11 @@ def test_a_tool_that_goes_in_while_another_touches(cell, across):
     found = TwoTools(cell).solve(across, 1.5)
     told = any("passed into or through" in text for text in found)
     assert told == (across == 0.0)
+
+
+def test_a_master_above_what_hangs_beside_another_is_not_what_it_faced(cell):
+    """A top is tagged alone, so that all below it counts as its inside."""
+    assert TwoTools(cell, has_roof=True).solve(0.55, 1.5) == []
 
 
 # Ends that are right

@@ -42,6 +42,34 @@ def test_springs_bear_loads(cell_2d):
     assert unborne_loads(NonlinearProblem(F, found.contact)) is not None
 
 
+# Forces on the foot of a block, against its displacement u, by a coefficient that is zero
+# until loads are set
+FOUNDATIONS = {
+    "set late": lambda k, u: k * u,
+    "weak": lambda k, u: 1e-10 * k * u,
+    "cubic": lambda k, u: k * u**3,
+    "pressed alone": lambda k, u: ufl.conditional(
+        ufl.lt(u, -1e-2), k * (u + 1e-2), 0.0
+    ),
+}
+
+
+@pytest.mark.mpi(where=lambda cell_2d, name: cell_2d == "triangle")
+@pytest.mark.parametrize("name", FOUNDATIONS)
+def test_foundations_bear_loads_as_they_are_at_present(cell_2d, name):
+    found = pressed(cell_2d, ["top"])
+    found.load.value *= 1e-4
+    (F, _), u = found.problem.forms, found.u
+    v = ufl.TestFunction(u.function_space)
+    k = fem.Constant(found.scene.mesh, 0.0)
+    on_foundation = F + FOUNDATIONS[name](k, u[1]) * v[1] * ufl.dx
+    problem = NonlinearProblem(on_foundation, found.contact)
+    assert "-0.0001 along y" in unborne_loads(problem)
+    k.value = 1e3
+    assert unborne_loads(problem) is None
+    assert not u.x.array.any()
+
+
 @pytest.mark.quick
 @pytest.mark.mpi
 @pytest.mark.parametrize("friction", [None, Coulomb(0.3)])
