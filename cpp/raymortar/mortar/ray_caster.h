@@ -2,6 +2,7 @@
 // layers of it they meet.
 #pragma once
 
+#include "raymortar/geometry/middle.h"
 #include "raymortar/geometry/ray.h"
 #include "raymortar/mortar/slave_rays.h"
 #include "raymortar/pairing/pair_filter.h"
@@ -127,8 +128,7 @@ private:
           hit.outside.amount <= tolerance::ray_outside)
         return found;
       const Index next =
-          _master.neighbours[static_cast<std::size_t>(facet) * M::Ref::edges +
-                             static_cast<std::size_t>(hit.outside.edge)];
+          neighbour(facet, static_cast<std::size_t>(hit.outside.edge));
       // Two facets that send the ray to each other: it passes between them
       if (next == no_index or (_hops > 1 and next == _visited[_hops - 2]))
         break;
@@ -145,17 +145,14 @@ private:
   /// facet, or end at a root of its extension beyond the edges, which then
   /// sends the walk astray. Other starting points find the root inside, if
   /// there is one. Nothing is accepted that `walk` would not accept.
-  [[nodiscard]] FacetHit<M> search(const FacetHit<M>& failed) const
+  [[nodiscard]] FacetHit<M> search(const FacetHit<M>& failed)
   {
     FacetHit<M> best = failed;
     for (std::size_t k = 0; k < _hops; ++k)
       best = nearer(best, inside(_visited[k]));
     for (std::size_t e = 0; e < M::Ref::edges; ++e)
     {
-      const Index next =
-          _master.neighbours[static_cast<std::size_t>(_visited[0]) *
-                                 M::Ref::edges +
-                             e];
+      const Index next = neighbour(_visited[0], e);
       if (not best.is_hit() and next != no_index)
         best = nearer(best, inside(next));
     }
@@ -163,7 +160,7 @@ private:
   }
 
   /// Nearest admitted hit within a facet, Newton started at each of its nodes
-  [[nodiscard]] FacetHit<M> inside(Index facet) const
+  [[nodiscard]] FacetHit<M> inside(Index facet)
   {
     const auto nodes = _master.template nodes<M>(_master.x, facet);
     FacetHit<M> best;
@@ -189,7 +186,7 @@ private:
   }
 
   /// Whether a hit counts; notes its incidence
-  [[nodiscard]] RayStatus admit(FacetHit<M>& found) const
+  [[nodiscard]] RayStatus admit(FacetHit<M>& found)
   {
     const SearchDistances& range = _distances[_facet];
     found.facing = facing(_ray, found, _master.x);
@@ -203,7 +200,44 @@ private:
     // ray: beside a corner of the slave, the other face is nearer by far
     if (found.hit.g < -range.depth * found.facing)
       return RayStatus::too_deep;
-    return RayStatus::hit;
+    return passes_by(found) ? RayStatus::no_facet : RayStatus::hit;
+  }
+
+  /// Whether a ray that comes out of the master behind the point has entered it
+  /// behind the point too, across a convex edge: the point is beside the edge,
+  /// and not within the master  [theory, section 3, Edges of the master]
+  [[nodiscard]] bool passes_by(const FacetHit<M>& found)
+  {
+    if (not(found.hit.g < 0.0))
+      return false;
+    const auto visited = _visited;
+    const std::size_t hops = _hops;
+    bool enters = false;
+    for (std::size_t e = 0; e < M::Ref::edges and not enters; ++e)
+    {
+      const Index next = neighbour(found.facet, e);
+      if (next == no_index or faces_point(next))
+        continue;
+      const FacetHit<M> entry = walk(_ray, next, _master.x);
+      enters = entry.is_hit() and entry.hit.g > found.hit.g and
+               entry.hit.g < 0.0 and facing(_ray, entry, _master.x) < 0.0;
+    }
+    _visited = visited;
+    _hops = hops;
+    return enters;
+  }
+
+  /// Whether a facet faces the point at its middle
+  [[nodiscard]] bool faces_point(Index facet) const
+  {
+    const auto nodes = _master.template nodes<M>(_master.x, facet);
+    return _ray.n.dot(frame_at<M>(nodes, middle_of_reference<M>()).n) <= 0.0;
+  }
+
+  [[nodiscard]] Index neighbour(Index facet, std::size_t edge) const
+  {
+    return _master
+        .neighbours[static_cast<std::size_t>(facet) * M::Ref::edges + edge];
   }
 
   [[nodiscard]] double facing(const Ray<D>& ray, const FacetHit<M>& found,

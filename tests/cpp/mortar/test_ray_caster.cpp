@@ -158,3 +158,38 @@ TYPED_TEST(RayCasterTest, OnlyDoubtLooksBack)
   EXPECT_FALSE(looks_back(Layers<TypeParam>({{0.1, 0.1}, {0.3, 0.1}})));
   EXPECT_TRUE(looks_back(Layers<TypeParam>({{-0.1, 0.2}, {0.3, 0.1}})));
 }
+
+/// Rays along x, little downwards, of points at height z in front of, within
+/// and beside a master whose edge points down
+template <class F>
+Hits hits_at_edge(const std::vector<std::array<double, 2>>& points)
+{
+  const Surface master =
+      make_surface({F::shape, F::degree, F::node_degree, 2, false},
+                   graph(1, [](double x, double) { return std::abs(x); }));
+  Rays<F> rays;
+  for (const auto& [x, z] : points)
+  {
+    typename F::Point at = F::Point::Constant(0.1), n = F::Point::Zero();
+    at[0] = x;
+    at[F::gdim - 1] = z;
+    n[0] = 1.0;
+    n[F::gdim - 1] = -0.05;
+    Index seed = 0;
+    while (master.nodes<F>(master.x, seed).row(0).mean() > 0.0)
+      ++seed;
+    rays.add(at, n.normalized(), seed);
+  }
+  return cast_rays(rays.slave, master, rays.points, {3, 30});
+}
+
+TYPED_TEST(RayCasterTest, RaysThatPassTheMasterAcrossAnEdgeDoNotComeOutOfIt)
+{
+  const Hits h =
+      hits_at_edge<TypeParam>({{-0.9, 0.2}, {0.3, 0.6}, {0.9, -0.01}});
+  EXPECT_EQ(h.status[0], RayStatus::hit);
+  EXPECT_GT(h.gap[0], 0.6);
+  EXPECT_EQ(h.status[1], RayStatus::hit);
+  EXPECT_LT(h.gap[1], -0.9);
+  EXPECT_EQ(h.status[2], RayStatus::no_facet);
+}
