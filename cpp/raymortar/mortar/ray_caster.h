@@ -3,39 +3,13 @@
 #pragma once
 
 #include "raymortar/geometry/middle.h"
-#include "raymortar/geometry/ray.h"
+#include "raymortar/mortar/facet_hit.h"
 #include "raymortar/mortar/slave_rays.h"
 #include "raymortar/pairing/pair_filter.h"
 #include <algorithm>
 
 namespace raymortar
 {
-/// @brief A ray's result together with the facet it ended on.
-template <class F>
-struct FacetHit
-{
-  RayHit<F> hit;
-  Index facet = no_index;
-  double facing = 0.0; ///< -n . n_m, of rays that have met a facet
-
-  [[nodiscard]] bool is_hit() const { return hit.status == RayStatus::hit; }
-};
-
-/// @brief Penetration that counts whatever was before [theory (3.12)]. From
-/// there on the back faces of the two bodies are nearer to each other than the
-/// front faces are, or the slave has left the master through its back.
-/// @param[in] behind Thickness of the master
-[[nodiscard]] inline double certain_depth(const FacetDistances& distances,
-                                          const Surface& slave, Index facet,
-                                          double behind)
-{
-  const double depth = distances[facet].depth;
-  if (not distances.depth_is_default())
-    return depth;
-  return std::min(
-      {depth, behind, 0.5 * (behind + slave.thickness_behind(facet))});
-}
-
 /// @brief Casts the rays of one slave surface on the true deformed master.
 ///
 /// @tparam M Geometry of the master's facets
@@ -208,7 +182,7 @@ private:
   /// and not within the master  [theory, section 3, Edges of the master]
   [[nodiscard]] bool passes_by(const FacetHit<M>& found)
   {
-    if (not(found.hit.g < 0.0))
+    if (not(-found.hit.g > sharpest * distance_to_edges(found)))
       return false;
     const auto visited = _visited;
     const std::size_t hops = _hops;
@@ -216,15 +190,34 @@ private:
     for (std::size_t e = 0; e < M::Ref::edges and not enters; ++e)
     {
       const Index next = neighbour(found.facet, e);
-      if (next == no_index or faces_point(next))
-        continue;
-      const FacetHit<M> entry = walk(_ray, next, _master.x);
-      enters = entry.is_hit() and entry.hit.g > found.hit.g and
-               entry.hit.g < 0.0 and facing(_ray, entry, _master.x) < 0.0;
+      enters = enters_at(next, found);
+      // A facet may meet the edge in one corner
+      for (std::size_t k = 0; k < M::Ref::edges and next != no_index; ++k)
+        enters = enters or enters_at(neighbour(next, k), found);
     }
     _visited = visited;
     _hops = hops;
     return enters;
+  }
+
+  /// Whether the ray, followed from a facet that does not face the point, meets
+  /// the master at its back between a hit and the point
+  [[nodiscard]] bool enters_at(Index facet, const FacetHit<M>& found)
+  {
+    if (facet == no_index or faces_point(facet))
+      return false;
+    const FacetHit<M> entry = walk(_ray, facet, _master.x);
+    return entry.is_hit() and entry.hit.g > found.hit.g and
+           entry.hit.g < 0.0 and facing(_ray, entry, _master.x) < 0.0;
+  }
+
+  /// Distance of a hit from the edges of its facet, or less
+  [[nodiscard]] double distance_to_edges(const FacetHit<M>& found) const
+  {
+    const auto nodes = _master.template nodes<M>(_master.x, found.facet);
+    const Mat<D, M::tdim> t = nodes * M::Node::gradients(found.hit.eta);
+    return -found.hit.outside.amount * normal_of(t).norm() /
+           (M::tdim == 1 ? 1.0 : t.colwise().norm().sum());
   }
 
   /// Whether a facet faces the point at its middle
@@ -367,6 +360,9 @@ private:
   }
 
   static constexpr std::size_t max_hops = 16;
+  /// Sine of the sharpest angle of a body that rays pass by: a ray that comes
+  /// out far from all edges, over its depth, has not entered beyond one
+  static constexpr double sharpest = 0.1;
   static constexpr auto none = static_cast<std::size_t>(-1);
   const Surface& _slave;
   const Surface& _master;
