@@ -207,6 +207,10 @@ private:
     if (facet == no_index or faces_point(facet))
       return false;
     const FacetHit<M> entry = walk(_ray, facet, _master.x);
+    // A surface that meets itself: the facet where the ray begins
+    if (_filter and
+        id_of(entry) == _slave.facet_id[static_cast<std::size_t>(_facet)])
+      return false;
     return entry.is_hit() and entry.hit.g > found.hit.g and
            entry.hit.g < 0.0 and facing(_ray, entry, _master.x) < 0.0;
   }
