@@ -182,37 +182,38 @@ private:
   /// and not within the master  [theory, section 3, Edges of the master]
   [[nodiscard]] bool passes_by(const FacetHit<M>& found)
   {
-    if (not(-found.hit.g > sharpest * distance_to_edges(found)))
+    // Walls of a surface that meets itself have depths of their own (3.14)
+    if (_filter or not(-found.hit.g > sharpest * distance_to_edges(found)))
       return false;
-    const auto visited = _visited;
-    const std::size_t hops = _hops;
-    bool enters = false;
-    for (std::size_t e = 0; e < M::Ref::edges and not enters; ++e)
-    {
-      const Index next = neighbour(found.facet, e);
-      enters = enters_at(next, found);
-      // A facet may meet the edge in one corner
-      for (std::size_t k = 0; k < M::Ref::edges and next != no_index; ++k)
-        enters = enters or enters_at(neighbour(next, k), found);
-    }
-    _visited = visited;
-    _hops = hops;
-    return enters;
+    _around.assign(1, found.facet);
+    for (std::size_t k = 0; k < _around.size(); ++k)
+      for (std::size_t e = 0; e < M::Ref::edges; ++e)
+      {
+        const Index next = neighbour(_around[k], e);
+        if (next == no_index or
+            std::find(_around.begin(), _around.end(), next) != _around.end())
+          continue;
+        if (enters_by(next, found))
+          return true;
+        if (_around.size() < most_around)
+          _around.push_back(next);
+      }
+    return false;
   }
 
-  /// Whether the ray, followed from a facet that does not face the point, meets
-  /// the master at its back between a hit and the point
-  [[nodiscard]] bool enters_at(Index facet, const FacetHit<M>& found)
+  /// Whether the ray enters the master by a facet, between a hit and the point
+  [[nodiscard]] bool enters_by(Index facet, const FacetHit<M>& found) const
   {
-    if (facet == no_index or faces_point(facet))
+    const auto nodes = _master.template nodes<M>(_master.x, facet);
+    if (_ray.n.dot(frame_at<M>(nodes, middle_of_reference<M>()).n) <= 0.0)
       return false;
-    const FacetHit<M> entry = walk(_ray, facet, _master.x);
-    // A surface that meets itself: the facet where the ray begins
-    if (_filter and
-        id_of(entry) == _slave.facet_id[static_cast<std::size_t>(_facet)])
-      return false;
-    return entry.is_hit() and entry.hit.g > found.hit.g and
-           entry.hit.g < 0.0 and facing(_ray, entry, _master.x) < 0.0;
+    const FacetHit<M> entry{intersect<M>(_ray.x, _ray.n, nodes,
+                                         flat_guess<M>(_ray.x, _ray.n, nodes)),
+                            facet};
+    return entry.is_hit() and
+           entry.hit.outside.amount <= tolerance::ray_outside and
+           entry.hit.g > found.hit.g and entry.hit.g < 0.0 and
+           facing(_ray, entry, _master.x) < 0.0;
   }
 
   /// Distance of a hit from the edges of its facet, or less
@@ -222,13 +223,6 @@ private:
     const Mat<D, M::tdim> t = nodes * M::Node::gradients(found.hit.eta);
     return -found.hit.outside.amount * normal_of(t).norm() /
            (M::tdim == 1 ? 1.0 : t.colwise().norm().sum());
-  }
-
-  /// Whether a facet faces the point at its middle
-  [[nodiscard]] bool faces_point(Index facet) const
-  {
-    const auto nodes = _master.template nodes<M>(_master.x, facet);
-    return _ray.n.dot(frame_at<M>(nodes, middle_of_reference<M>()).n) <= 0.0;
   }
 
   [[nodiscard]] Index neighbour(Index facet, std::size_t edge) const
@@ -367,6 +361,8 @@ private:
   /// Sine of the sharpest angle of a body that rays pass by: a ray that comes
   /// out far from all edges, over its depth, has not entered beyond one
   static constexpr double sharpest = 0.1;
+  /// Facets around a hit by which its ray may enter
+  static constexpr std::size_t most_around = 64;
   static constexpr auto none = static_cast<std::size_t>(-1);
   const Surface& _slave;
   const Surface& _master;
@@ -378,6 +374,7 @@ private:
   Ray<D> _ray;                            ///< of the present point
   std::array<Index, max_hops> _visited{}; ///< facets of the last walk
   std::size_t _hops = 0;
+  std::vector<Index> _around;       ///< facets around the last hit
   std::vector<FacetHit<M>> _layers; ///< that the present ray meets
   std::vector<FacetHit<M>> _past;   ///< the same, of the old ray
   bool _has_looked_back = false;
