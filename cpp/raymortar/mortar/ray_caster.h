@@ -179,7 +179,8 @@ private:
 
   /// Whether a ray that comes out of the master behind the point has entered it
   /// behind the point too, across a convex edge: the point is beside the edge,
-  /// and not within the master  [theory, section 3, Edges of the master]
+  /// and not within the master  [theory, section 3, Edges of the master]. Where
+  /// the ray has gone through a thin master, the past decides
   [[nodiscard]] bool passes_by(const FacetHit<M>& found)
   {
     // Walls of a surface that meets itself have depths of their own (3.14)
@@ -201,7 +202,8 @@ private:
     return false;
   }
 
-  /// Whether the ray enters the master by a facet, between a hit and the point
+  /// Whether the ray enters the master by a facet, between a hit and the point,
+  /// and is within it for less than half of its thickness
   [[nodiscard]] bool enters_by(Index facet, const FacetHit<M>& found) const
   {
     const auto nodes = _master.template nodes<M>(_master.x, facet);
@@ -210,9 +212,12 @@ private:
     const FacetHit<M> entry{intersect<M>(_ray.x, _ray.n, nodes,
                                          flat_guess<M>(_ray.x, _ray.n, nodes)),
                             facet};
+    const double within = entry.hit.g - found.hit.g;
     return entry.is_hit() and
            entry.hit.outside.amount <= tolerance::ray_outside and
-           entry.hit.g > found.hit.g and entry.hit.g < 0.0 and
+           within > 0.0 and entry.hit.g < 0.0 and
+           within * found.facing <
+               0.5 * _master.thickness_behind(found.facet) and
            facing(_ray, entry, _master.x) < 0.0;
   }
 

@@ -162,11 +162,14 @@ TYPED_TEST(RayCasterTest, OnlyDoubtLooksBack)
 /// Rays along x, little downwards, of points at height z in front of, within
 /// and beside a master whose edge points down
 template <class F>
-Hits hits_at_edge(const std::vector<std::array<double, 2>>& points)
+Hits hits_at_edge(const std::vector<std::array<double, 2>>& points,
+                  double thickness = unknown)
 {
-  const Surface master =
+  Surface master =
       make_surface({F::shape, F::degree, F::node_degree, 2, false},
                    graph(1, [](double x, double) { return std::abs(x); }));
+  master.thickness.assign(static_cast<std::size_t>(master.num_facets()),
+                          thickness);
   Rays<F> rays;
   for (const auto& [x, z] : points)
   {
@@ -192,4 +195,12 @@ TYPED_TEST(RayCasterTest, RaysThatPassTheMasterAcrossAnEdgeDoNotComeOutOfIt)
   EXPECT_EQ(h.status[1], RayStatus::hit);
   EXPECT_LT(h.gap[1], -0.9);
   EXPECT_EQ(h.status[2], RayStatus::no_facet);
+}
+
+TYPED_TEST(RayCasterTest, ThroughAThinMasterRaysComeOutOfIt)
+{
+  EXPECT_EQ(hits_at_edge<TypeParam>({{0.9, -0.01}}, 0.02).status[0],
+            RayStatus::hit);
+  EXPECT_EQ(hits_at_edge<TypeParam>({{0.9, -0.01}}, 0.2).status[0],
+            RayStatus::no_facet);
 }
