@@ -163,7 +163,8 @@ private:
   [[nodiscard]] RayStatus admit(FacetHit<M>& found)
   {
     const SearchDistances& range = _distances[_facet];
-    found.facing = facing(_ray, found, _master.x);
+    const Frame<D> frame = frame_of(found, _master.x);
+    found.facing = -_ray.n.dot(frame.n);
     if (not(found.facing > (_filter ? _filter->facing : tolerance::facing)))
       return RayStatus::back_face;
     if (_filter and not _filter->allows(_facet, id_of(found)))
@@ -174,17 +175,18 @@ private:
     // ray: beside a corner of the slave, the other face is nearer by far
     if (found.hit.g < -range.depth * found.facing)
       return RayStatus::too_deep;
-    return passes_by(found) ? RayStatus::no_facet : RayStatus::hit;
+    return passes_by(found, frame) ? RayStatus::no_facet : RayStatus::hit;
   }
 
-  /// Whether a ray that comes out of the master behind the point has entered it
-  /// behind the point too, across a convex edge: the point is beside the edge,
-  /// and not within the master  [theory, section 3, Edges of the master]. Where
-  /// the ray has gone through a thin master, the past decides
-  [[nodiscard]] bool passes_by(const FacetHit<M>& found)
+  /// Whether the point is beside an edge of the master and not within: the ray
+  /// comes out of the master behind the point, and enters it behind the point
+  /// too  [theory, section 3, Edges of the master]
+  /// @param[in] frame Of the master at the hit
+  [[nodiscard]] bool passes_by(const FacetHit<M>& found, const Frame<D>& frame)
   {
     // Walls of a surface that meets itself have depths of their own (3.14)
-    if (_filter or not(-found.hit.g > sharpest * distance_to_edges(found)))
+    if (_filter or found.hit.g >= 0.0 or
+        -found.hit.g <= sharpest * distance_to_edges(found, frame))
       return false;
     _around.assign(1, found.facet);
     for (std::size_t k = 0; k < _around.size(); ++k)
@@ -202,11 +204,13 @@ private:
     return false;
   }
 
-  /// Whether the ray enters the master by a facet, between a hit and the point,
-  /// and is within it for less than half of its thickness
+  /// Whether the ray enters the master through a facet between a hit and the
+  /// point. Not if the ray is within the master for more than half of its
+  /// thickness: the old positions decide about rays through thin masters
   [[nodiscard]] bool enters_by(Index facet, const FacetHit<M>& found) const
   {
     const auto nodes = _master.template nodes<M>(_master.x, facet);
+    // Most facets face the point, which takes no intersection to see
     if (_ray.n.dot(frame_at<M>(nodes, middle_of_reference<M>()).n) <= 0.0)
       return false;
     const FacetHit<M> entry{intersect<M>(_ray.x, _ray.n, nodes,
@@ -221,13 +225,12 @@ private:
            facing(_ray, entry, _master.x) < 0.0;
   }
 
-  /// Distance of a hit from the edges of its facet, or less
-  [[nodiscard]] double distance_to_edges(const FacetHit<M>& found) const
+  /// A lower bound of the distance between a hit and the edges of its facet
+  [[nodiscard]] static double distance_to_edges(const FacetHit<M>& found,
+                                                const Frame<D>& frame)
   {
-    const auto nodes = _master.template nodes<M>(_master.x, found.facet);
-    const Mat<D, M::tdim> t = nodes * M::Node::gradients(found.hit.eta);
-    return -found.hit.outside.amount * normal_of(t).norm() /
-           (M::tdim == 1 ? 1.0 : t.colwise().norm().sum());
+    const double sides = M::tdim == 1 ? 1.0 : frame.t.colwise().norm().sum();
+    return -found.hit.outside.amount * frame.jacobian / sides;
   }
 
   [[nodiscard]] Index neighbour(Index facet, std::size_t edge) const
@@ -236,11 +239,17 @@ private:
         .neighbours[static_cast<std::size_t>(facet) * M::Ref::edges + edge];
   }
 
+  [[nodiscard]] Frame<D> frame_of(const FacetHit<M>& found,
+                                  const std::vector<double>& positions) const
+  {
+    return frame_at<M>(_master.template nodes<M>(positions, found.facet),
+                       found.hit.eta);
+  }
+
   [[nodiscard]] double facing(const Ray<D>& ray, const FacetHit<M>& found,
                               const std::vector<double>& positions) const
   {
-    const auto nodes = _master.template nodes<M>(positions, found.facet);
-    return -ray.n.dot(frame_at<M>(nodes, found.hit.eta).n);
+    return -ray.n.dot(frame_of(found, positions).n);
   }
 
   [[nodiscard]] bool is_certain(const FacetHit<M>& found) const
@@ -363,10 +372,11 @@ private:
   }
 
   static constexpr std::size_t max_hops = 16;
-  /// Sine of the sharpest angle of a body that rays pass by: a ray that comes
-  /// out far from all edges, over its depth, has not entered beyond one
+  /// Sine of the smallest angle of a master's edge. A ray that comes out at a
+  /// distance d from all edges has passed one only if it is longer than this
+  /// times d
   static constexpr double sharpest = 0.1;
-  /// Facets around a hit by which its ray may enter
+  /// Most facets around a hit that are asked whether the ray enters by them
   static constexpr std::size_t most_around = 64;
   static constexpr auto none = static_cast<std::size_t>(-1);
   const Surface& _slave;

@@ -118,9 +118,9 @@ def _distances(zone: ZoneData, contact: Interaction, way: Path) -> tuple[Array, 
 
 
 def _are_below(zone: ZoneData, contact: Interaction, way: Path, asked: Mask) -> Mask:
-    """Tell which of the points that are asked for lie below the masters' facets of the
-    bodies that they faced at the accepted step, at any depth. Points that hang beside
-    an edge do not. Collective."""
+    """Tell which of the points that are asked for lie below a master, at any depth.
+    Masters of bodies that none of them faced at the accepted step do not count. Points
+    that hang beside an edge are not below. Collective."""
     found, comm = np.zeros_like(asked), zone.comm
     if zone.facets.meets_itself or not comm.allreduce(bool(asked.any())):
         return found
@@ -128,12 +128,12 @@ def _are_below(zone: ZoneData, contact: Interaction, way: Path, asked: Mask) -> 
     (ids,) = of_all(comm, zone.opposite.master[asked])
     faced = index_among(master.facet_ids, ids)
     bodies = bodies_of_facets(contact.system.bodies, master)
-    (of_all_ranks,) = of_all(comm, bodies[faced[faced >= 0]])
-    here = np.isin(bodies, of_all_ranks)
+    (counting,) = of_all(comm, bodies[faced[faced >= 0]])
+    counts = np.isin(bodies, counting)
     nodes = nodes_of_facets(master, master.node_degree)
     u = contact.u.x.array.reshape(-1, master.gdim)
     x = positions(master, *nodes, u).reshape(*master.facet_nodes.shape, -1)
-    solid = _as_solid(master, x[here], comm)
+    solid = _as_solid(master, x[counts], comm)
     more = ((0, 0), (0, 3 - way.x.shape[1]))
     x, n = (np.pad(part[asked], more) for part in (way.x, way.n))
     found[asked] = solid.distances_along(x, n) < 0.0

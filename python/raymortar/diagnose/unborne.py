@@ -16,8 +16,8 @@ from .holding import AXES, unheld_axes
 # Resultant that is rounding error, over the sum of the sizes of all forces
 ROUNDING = 1e-8
 
-# Translations, over the size of the largest body, of which one changes the resultant
-# wherever there are springs: foundations may begin to bear, or end, on the way
+# Translations of all bodies, over the size of the largest one. Some foundations bear only
+# bodies that are near, some only bodies that have moved far enough
 TRANSLATIONS = 1.0, -1.0, 0.03, -0.03, 1e-3, -1e-3
 
 # Change of the resultant that is none, over the resultant
@@ -29,8 +29,8 @@ def unborne_loads(problem: CoupledProblem) -> str | None:
     if there is no such axis. Collective.
 
     Forces within bodies and between them add up to zero. So must the loads along an axis
-    on which no condition or rigid body holds any body, unless they change as all bodies
-    move along it: springs, masses and foundations do so, as they are at present.
+    on which no condition or rigid body holds any body. Springs, masses and foundations
+    show themselves by a sum that changes as all bodies are moved along the axis.
     """
     contact = problem.contact
     has_tools = any(zone.facets.bodies for zone in contact.zones)
@@ -45,11 +45,11 @@ def unborne_loads(problem: CoupledProblem) -> str | None:
     x = problem.create_vector()
     contact.system.to_vector(x)
     resultant, sizes = _resultant(problem, x)
-    lost = np.flatnonzero(axes & (np.abs(resultant) > ROUNDING * sizes.max()))
-    lost = np.array([i for i in lost if not _changes(problem, x, resultant, i)], int)
+    loaded = np.flatnonzero(axes & (np.abs(resultant) > ROUNDING * sizes.max()))
+    lost = [i for i in loaded if not _changes(problem, x, resultant, i)]
     problem.form(x)
     destroy(x)
-    if not len(lost):
+    if not lost:
         return None
     along = " and ".join(f"{resultant[i]:.3g} along {AXES[i]}" for i in lost)
     return (
@@ -59,7 +59,7 @@ def unborne_loads(problem: CoupledProblem) -> str | None:
 
 
 def _resultant(problem: CoupledProblem, x: PETSc.Vec) -> Array:
-    """Sums of the loads at x along each axis, and of their sizes, (2, d). Collective."""
+    """Sum up the loads at x, and their sizes, along each axis, (2, d). Collective."""
     b, layout = problem.create_vector(), problem.contact.system.layout
     problem.form(x)
     problem.loads(b)
@@ -72,8 +72,8 @@ def _resultant(problem: CoupledProblem, x: PETSc.Vec) -> Array:
 
 
 def _changes(problem: CoupledProblem, x: PETSc.Vec, before: Array, axis: int) -> bool:
-    """Whether a translation of all bodies along an axis changes the resultant, or leads
-    where there is none. Collective."""
+    """Whether the resultant along an axis is another one, or no number, where all bodies
+    have been moved along that axis. Collective."""
     groups, n = problem.convergence.groups, problem.contact.system.layout.n_u
     size = groups.size[: groups.bodies].max()
     most = NO_CHANGE * abs(before[axis])

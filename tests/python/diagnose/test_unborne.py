@@ -42,8 +42,7 @@ def test_springs_bear_loads(cell_2d):
     assert unborne_loads(NonlinearProblem(F, found.contact)) is not None
 
 
-# Forces on the foot of a block, against its displacement u, by a coefficient that is zero
-# until loads are set
+# Forces on all bodies against their displacement u, by a coefficient k that is zero at first
 FOUNDATIONS = {
     "set late": lambda k, u: k * u,
     "weak": lambda k, u: 1e-10 * k * u,

@@ -1,5 +1,5 @@
-"""Faces of a slave that have passed an edge of the master do not meet what is before it
-[theory, Edges of the master]."""
+"""A face of a slave that has passed an edge of the master does not meet the face in front
+of that edge [theory, Edges of the master]."""
 
 import numpy as np
 import pytest
@@ -14,8 +14,8 @@ TILT, SUNK = 0.09, 0.01
 
 
 def hook(cell, front):
-    """A block that lies on the left edge of another one, tilted and sunk in by little. Its
-    front face is `front` beyond the edge."""
+    """A tilted block on the left edge of another one, which has sunk a little into its foot.
+    Its front face is `front` beyond the edge."""
     dim = DIMENSION[cell]
     near, far = (0.0,) * (dim - 2), (1.0,) * (dim - 2)
     lower = (0.0, *near, -0.5), (1.0, *far, 0.0)
